@@ -90,6 +90,7 @@ impl<'a> Backtrace<'a> {
     /// Returns the source line with the instruction marked, or only the place if there is no such
     /// line.
     fn source(&self, place: SourceSpan, symbols: &Symbols) -> Element<'static> {
+        // A damaged file of symbols may have places in files that it does not list.
         let path = printable(symbols.file(place.file).unwrap_or("<unknown>"));
         let source = self.program.source(place.file);
         let line = source.as_deref().and_then(|text| text.lines().nth(index(place.line)));

@@ -75,7 +75,10 @@ pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Box<dyn Problem
     }
     let (errors, warnings) = report::count(&diagnostics);
     let mut result = json::messages(&json::diagnostics(&sources, &diagnostics), errors, warnings);
-    let (Some(image), Some(symbols), Some(robot)) = (image, symbols, &selection.robot) else {
+    let robot =
+        selection.robot.as_ref().expect("`--robot` is required, and an unknown one is an error");
+    // After an error of the script there is neither of them.
+    let (Some(image), Some(symbols)) = (image, symbols) else {
         if arguments.json {
             output::write(&format!("{result}\n"))?;
         }

@@ -167,6 +167,7 @@ impl CheckReport {
 
     /// Prints the number of messages, and the command that explains the first one.
     fn print_summary(&self) {
+        // Without messages there is nothing to sum up.
         let Some(first) = self.first else { return };
         let counts = [(self.errors, "error"), (self.warnings, "warning")];
         let parts = counts.into_iter().filter(|(count, _)| *count > 0);

@@ -36,7 +36,7 @@ impl CheckFindings<'_> {
     pub fn text(&self) -> Vec<String> {
         let places = self.places();
         let mut lines: Vec<String> = places.iter().take(PLACES_MAX).map(|p| self.line(p)).collect();
-        let others = places.get(PLACES_MAX..).unwrap_or_default();
+        let others = &places[places.len().min(PLACES_MAX)..];
         if !others.is_empty() {
             let count = others.iter().map(|(.., found)| found.count).sum();
             let noun = if others.len() == 1 { "place" } else { "places" };

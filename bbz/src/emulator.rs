@@ -11,6 +11,7 @@ pub const STM32: &str = "bbz-emulate-stm32";
 pub fn program(named: Option<&Path>, usual: &str) -> PathBuf {
     let usual = || PathBuf::from(format!("{usual}{}", env::consts::EXE_SUFFIX));
     let name = named.map_or_else(usual, Path::to_owned);
+    // Without the path of this program, only PATH is searched.
     let beside = match name.components().count() {
         1 => env::current_exe().ok().map(|this| this.with_file_name(&name)),
         _ => None,

@@ -329,7 +329,8 @@ impl FaultText<'_> {
     }
 }
 
-/// Returns the quoted name of the built-in or robot function that an instruction calls.
+/// Returns the quoted name of the built-in or robot function that an instruction calls; `None` for
+/// other instructions, and for numbers of functions that only a damaged image has.
 fn callee(instruction: Option<ByteCodeInstruction>, program: &LoadedProgram) -> Option<String> {
     let ByteCodeInstruction { opcode, operand } = instruction?;
     match opcode {

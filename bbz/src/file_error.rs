@@ -72,6 +72,7 @@ fn likely_file(path: &Path) -> Option<PathBuf> {
     let wanted = path.file_name()?.to_str()?;
     let folder = path.parent()?;
     let searched = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    // The error is about another file: names that cannot be read are only not suggested.
     let names = searched.read_dir().ok()?.flatten().filter_map(|entry| {
         let name = entry.file_name().into_string().ok()?;
         ([".bzz", ".bo", ".bbi", ".toml"].iter().any(|end| name.ends_with(end))).then_some(name)

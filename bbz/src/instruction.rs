@@ -12,15 +12,15 @@ pub struct ByteCodeInstruction {
     pub operand: i16,
 }
 
-/// Returns the instruction of a verified image whose last byte is at `position`, counted from the
-/// start of the code.
+/// Returns the instruction of an image whose last byte is at `position`, counted from the start of
+/// the code. A trace may name an image that was not verified, or a position of another image: then
+/// the result is `None`.
 pub fn ending_at(image: &[u8], position: u16) -> Option<ByteCodeInstruction> {
     let header = Image::new(image).header().ok()?;
     let word_bytes = if header.is_full() { 4 } else { 2 };
     let table = image.get(usize::from(header.functions_at())..)?.chunks_exact(2);
-    let starts = table
-        .take(usize::from(header.functions()))
-        .filter_map(|row| Some(u16::from_le_bytes(row.try_into().ok()?)));
+    let starts =
+        table.take(usize::from(header.functions())).map(|row| u16::from_le_bytes([row[0], row[1]]));
     let code = image.get(usize::from(header.code_at())..)?;
     let position = usize::from(position);
     // The function's header of two bytes comes first.

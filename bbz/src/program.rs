@@ -219,7 +219,7 @@ impl LoadedProgram {
         }
     }
 
-    /// Returns the hash of the script.
+    /// Returns the hash of the script; `None` for a program of which nothing is known.
     pub fn script_hash(&self) -> Option<u32> {
         match &self.symbols {
             Some(symbols) => Some(symbols.script_hash),

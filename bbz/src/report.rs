@@ -133,3 +133,38 @@ pub fn print(group: Group<'_>) {
 fn write(text: fmt::Arguments<'_>) {
     let _ = anstream::stderr().write_fmt(text);
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+    use std::process::Command;
+
+    use super::*;
+
+    /// The environment variable of the process that has the defect.
+    const CHILD: &str = "BBZ_TEST_OF_A_DEFECT";
+
+    /// The test starts itself in another process, because the hook holds for a whole process.
+    #[test]
+    fn an_uncaught_defect_is_printed_with_its_command() {
+        if env::var_os(CHILD).is_some() {
+            Defect::print_uncaught_by(defect);
+            panic!("robot 7 is missing");
+        }
+        let name = "report::tests::an_uncaught_defect_is_printed_with_its_command";
+        let program = env::current_exe().unwrap();
+        let mut child = Command::new(&program);
+        child.args(["--exact", name, "--nocapture"]).env(CHILD, "1").env("RUST_BACKTRACE", "0");
+        let output = child.output().unwrap();
+        let printed = String::from_utf8(output.stderr).unwrap().replace('\\', "/");
+        let version = env!("CARGO_PKG_VERSION");
+        let start = format!("error: defect of bbz {version} at bbz/src/report.rs:");
+        let command = format!(": {} --exact {name} --nocapture\n", program.display());
+        assert!(!output.status.success());
+        assert!(printed.starts_with(&start), "{printed}");
+        assert!(printed.contains(": robot 7 is missing\nhelp: "), "{printed}");
+        assert!(printed.contains(&command.replace('\\', "/")), "{printed}");
+        assert!(!printed.contains("panicked"), "{printed}");
+    }
+}

@@ -145,9 +145,8 @@ fn effect_text(effect: &FunctionEffect, sensors: &[Sensor]) -> String {
     if effect.logs {
         parts.push("logs its arguments".to_owned());
     }
-    if let Some(reading) = effect.reads
-        && let Some(sensor) = sensors.get(reading.sensor)
-    {
+    if let Some(reading) = effect.reads {
+        let sensor = &sensors[reading.sensor];
         let (value, unit) = (reading.value.suffix(), reading.value.unit(&sensor.kind));
         parts.push(format!("reads {}{value} ({unit})", sensor.name));
     }

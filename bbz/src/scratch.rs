@@ -18,8 +18,8 @@ impl ScratchFile {
     /// Creates an empty file in the temporary folder, whose name ends with that of the script and
     /// its content.
     pub fn create(script: &Path, content: &str) -> Result<Self, FileError> {
-        // A path without a file name was refused when the script was opened.
-        let stem = script.file_stem().unwrap_or_default().to_string_lossy();
+        let stem = script.file_stem().expect("a path of a file that was read has a name");
+        let stem = stem.to_string_lossy();
         let file = Builder::new().prefix("bbz-").suffix(&format!("-{stem}-{content}")).tempfile();
         file.map(ScratchFile).map_err(|error| FileError::writing(&env::temp_dir(), error))
     }

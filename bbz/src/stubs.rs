@@ -114,10 +114,9 @@ fn function_section(function: &MissingFunction, sources: &SourceMap) -> String {
     let accepts: Vec<String> =
         function.counts.iter().map(|count| format!("\"{}\"", parameters(*count))).collect();
     let mut counts: Vec<String> = function.counts.iter().map(usize::to_string).collect();
-    if let Some(last) = counts.pop() {
-        let before = if counts.is_empty() { "" } else { " or " };
-        counts = vec![format!("{}{before}{last}", counts.join(", "))];
-    }
+    let last = counts.pop().expect("a function is missing because it is called");
+    let before = if counts.is_empty() { "" } else { " or " };
+    let counts = format!("{}{before}{last}", counts.join(", "));
     let noun = if function.counts.iter().eq([&1]) { "argument" } else { "arguments" };
     let returns = if function.is_result_used { "returns = \"int\"\n" } else { "" };
     format!(
@@ -127,7 +126,7 @@ fn function_section(function: &MissingFunction, sources: &SourceMap) -> String {
         place.column,
         function.name,
         accepts.join(", "),
-        counts.concat(),
+        counts,
     )
 }
 

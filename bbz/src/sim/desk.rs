@@ -43,9 +43,9 @@ impl Desk {
 
     /// Creates a desk for scripts of other people, which may include files only from the scenario's
     /// folder, from `-I` and from the library. Otherwise, `include "/etc/passwd"` would make
-    /// messages that quote that file.
+    /// messages that quote that file. The scenario was read before.
     pub fn for_scripts_of_others(scenario: &Path, include: &[PathBuf]) -> Self {
-        let folder = scenario.parent().unwrap_or(Path::new(""));
+        let folder = scenario.parent().expect("a path of a file that was read has a name");
         let folders = include.iter().map(PathBuf::as_path).chain([folder]);
         let fence = Some(Fence::new(folders));
         Desk { fence, ..Desk::new(scenario, include, false) }

@@ -214,6 +214,7 @@ impl ReportReader {
             | EmulatorEvent::Serial { .. } => vec![],
             EmulatorEvent::Step => vec![TraceContent::Step],
             EmulatorEvent::Infrared { payload, .. } => {
+                // A frame of another length is not a report.
                 let message = payload.as_slice().try_into().ok();
                 message.and_then(FaultReport::of).map(TraceContent::Report).into_iter().collect()
             }
@@ -243,6 +244,7 @@ impl ReportReader {
     }
 
     fn decode(&mut self, bytes: &[u8]) -> Vec<TraceContent> {
+        // Firmware without a table of messages, as the Kilobot's, writes none.
         let messages = self.defmt.as_mut().map_or(Vec::new(), |defmt| defmt.read(bytes));
         let content = |message: TraceMessage| {
             let level = message.level.and_then(Level::from_name);
