@@ -1,8 +1,9 @@
 //! Simulated robots with two wheels, a dead band and different motors drive to goals under a
 //! projector.
 
-use crate::common::{Light, Noise, Robot, Truth};
+use crate::common::{Light, Robot, Truth};
 use bittybuzz_motion::drive::{Goal, Pilot, Wheels};
+use bittybuzz_random::Random;
 
 /// The body of a robot: 20 mm between the wheels, 0.5 m/s at 60 percent, no movement up to `dead`
 /// percent, and a gain for each wheel.
@@ -57,23 +58,23 @@ fn drive(body: &mut Body, pilot: &mut Pilot, goal: [f64; 2], seconds: f64) -> (O
     }
 }
 
-fn body(noise: &mut Noise) -> Body {
+fn body(noise: &mut Random) -> Body {
     let truth = Truth {
-        x: 300.0 * (noise.uniform() - 0.5),
-        y: 200.0 * (noise.uniform() - 0.5),
-        heading: 6.3 * noise.uniform(),
+        x: 300.0 * (noise.unit() - 0.5),
+        y: 200.0 * (noise.unit() - 0.5),
+        heading: 6.3 * noise.unit(),
     };
-    let gains = [0.95 + 0.1 * noise.uniform(), 0.95 + 0.1 * noise.uniform()];
+    let gains = [0.95 + 0.1 * noise.unit(), 0.95 + 0.1 * noise.unit()];
     Body { truth, dead: 22.0, gains, wheels: Wheels::default() }
 }
 
 #[test]
 fn a_robot_reaches_goals_in_all_directions() {
-    let mut noise = Noise(42);
+    let mut noise = Random::new(42);
     let (mut worst, mut slowest, mut sum) = (0.0_f64, 0.0_f64, 0.0);
     for _ in 0..60 {
         let mut body = body(&mut noise);
-        let goal = [400.0 * (noise.uniform() - 0.5), 300.0 * (noise.uniform() - 0.5)];
+        let goal = [400.0 * (noise.unit() - 0.5), 300.0 * (noise.unit() - 0.5)];
         let way = (body.truth.x - goal[0]).hypot(body.truth.y - goal[1]);
         let (there, off) = drive(&mut body, &mut Pilot::new(Some(22)), goal, 8.0);
         let there = there.expect("it arrives");
@@ -91,7 +92,7 @@ fn a_robot_reaches_goals_in_all_directions() {
 /// The minimum duty of unknown motors is measured on the way, for any dead band.
 #[test]
 fn the_minimum_duty_is_found_while_driving() {
-    let mut noise = Noise(7);
+    let mut noise = Random::new(7);
     for dead in [15.0, 22.0, 25.0, 30.0, 38.0] {
         let mut body = Body { dead, ..body(&mut noise) };
         let mut pilot = Pilot::new(None);
@@ -105,7 +106,7 @@ fn the_minimum_duty_is_found_while_driving() {
 /// The search ends for a robot that is held or has no motors.
 #[test]
 fn the_search_ends() {
-    let mut noise = Noise(7);
+    let mut noise = Random::new(7);
     let mut body = Body { gains: [0.0; 2], ..body(&mut noise) };
     let mut pilot = Pilot::new(None);
     assert_eq!(drive(&mut body, &mut pilot, [200.0, 200.0], 5.0).0, None);
@@ -115,7 +116,7 @@ fn the_search_ends() {
 /// A robot at its goal that is pushed a little stays there; one that is pushed farther comes back.
 #[test]
 fn a_robot_at_its_goal_stays() {
-    let mut noise = Noise(9);
+    let mut noise = Random::new(9);
     let mut body = body(&mut noise);
     let mut pilot = Pilot::new(Some(22));
     let goal = [10.0, 10.0];

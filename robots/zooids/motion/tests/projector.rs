@@ -2,10 +2,11 @@
 
 use std::ops::RangeInclusive;
 
-use crate::common::{Noise, pattern};
+use crate::common::pattern;
 use bittybuzz_motion::MM;
 use bittybuzz_motion::projector::{Decoder, FRAME_US, PATTERN_US, Pixel, READABLE_US};
 use bittybuzz_motion::track::TrackedPose;
+use bittybuzz_random::Random;
 
 /// Returns the edges of frames at a pixel, from the last white patterns of a first frame on, as
 /// time in µs and level.
@@ -83,14 +84,14 @@ fn every_column_and_every_row() {
 /// error of half a percent.
 #[test]
 fn jitter_and_a_wrong_clock() {
-    let mut noise = Noise(1);
+    let mut noise = Random::new(1);
     for number in 0..500_u32 {
         let (column, row) = (number * 2 + 13, 1023 - number);
-        let scale = 0.995 + 0.01 * noise.uniform();
+        let scale = 0.995 + 0.01 * noise.unit();
         let edges: Vec<_> = edges(column, row, 3)
             .into_iter()
             .map(|(at, level)| {
-                let late = (2.0 * noise.uniform() - 1.0) * 55.0;
+                let late = (2.0 * noise.unit() - 1.0) * 55.0;
                 ((f64::from(at) * scale + late + 100.0) as u32, level)
             })
             .collect();
@@ -198,17 +199,17 @@ fn a_glitch_does_not_lose_a_frame() {
 /// late.
 #[test]
 fn a_glitch_in_each_frame_of_a_jittery_picture() {
-    let mut noise = Noise(7);
+    let mut noise = Random::new(7);
     for number in 0..3000_u32 {
         let (column, row) = (56 + number * 7 % 912, 227 + number * 11 % 570);
         let late = edges(column, row, 4)
             .into_iter()
-            .map(|(at, level)| ((f64::from(at) + 20.0 + 40.0 * noise.uniform()) as u32, level));
+            .map(|(at, level)| ((f64::from(at) + 20.0 + 40.0 * noise.unit()) as u32, level));
         let mut edges: Vec<_> = late.collect();
         for frame in 0..4 {
-            let after = noise.uniform() * f64::from(FRAME_US - 50);
+            let after = noise.unit() * f64::from(FRAME_US - 50);
             let at = 20 * PATTERN_US + frame * FRAME_US + after as u32;
-            edges = with_pulse(&edges, at, 1 + (49.0 * noise.uniform()) as u32);
+            edges = with_pulse(&edges, at, 1 + (49.0 * noise.unit()) as u32);
         }
         let expected = Some(Pixel { column: column as u16, row: row as u16 });
         assert_eq!(read(&edges), [expected; 4], "{column}, {row}");
@@ -223,14 +224,14 @@ fn a_glitch_in_each_frame_of_a_jittery_picture() {
 /// robot with a known position.
 #[test]
 fn a_damaged_frame_is_not_read() {
-    let mut noise = Noise(11);
+    let mut noise = Random::new(11);
     for (most, wrong_at_most) in [(110, 0), (166, 250)] {
         let (mut right, mut refused, mut wrong, mut believed) = (0, 0, 0, 0);
         let mut worst: f64 = 0.0;
         for number in 0..20_000_u32 {
             let (column, row) = (80 + number * 7 % 880, 227 + number * 11 % 570);
-            let after = (noise.uniform() * f64::from(FRAME_US)) as u32;
-            let width = 56 + (f64::from(most - 56) * noise.uniform()) as u32;
+            let after = (noise.unit() * f64::from(FRAME_US)) as u32;
+            let width = 56 + (f64::from(most - 56) * noise.unit()) as u32;
             let at = 20 * PATTERN_US + FRAME_US + after;
             let pixels = read(&with_pulse(&edges(column, row, 3), at, width));
             let expected = Pixel { column: column as u16, row: row as u16 };

@@ -4,6 +4,7 @@
 use bittybuzz_motion::Angle;
 use bittybuzz_motion::projector::{Decoder, READABLE_US};
 use bittybuzz_motion::track::{TrackedPose, Tracker};
+use bittybuzz_random::Random;
 
 /// The length of a pattern and of a frame, in seconds.
 pub const PATTERN: f64 = 333e-6;
@@ -15,19 +16,6 @@ pub struct Truth {
     pub x: f64,
     pub y: f64,
     pub heading: f64,
-}
-
-/// A generator of noise: xorshift.
-pub struct Noise(pub u64);
-
-impl Noise {
-    /// Returns a number from 0 to 1.
-    pub fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
 }
 
 /// Returns true if the projector's pattern `k` is white at a pixel (the makers' bitmaps).
@@ -58,26 +46,31 @@ pub fn diodes(truth: Truth) -> [[f64; 2]; 2] {
 /// if there is light now.
 pub struct Light {
     levels: [bool; 2],
-    /// The share of frames that are not shown.
+    /// The share of frames that are not shown. They are evenly spread, so that no two of a small
+    /// share follow each other.
     lost: f64,
+    /// The sum of the shares since the last lost frame; a frame is lost when it reaches 1.
+    loss: f64,
     /// The time in µs by which an edge is early on average. The actual value is random, from 0 to
     /// twice as much.
     jitter: f64,
-    noise: Noise,
+    noise: Random,
     is_lost: bool,
     next: f64,
 }
 
 impl Light {
     pub fn new(lost: f64, jitter: f64, seed: u64) -> Self {
-        let noise = Noise(seed);
-        Light { levels: [false; 2], lost, jitter, noise, is_lost: false, next: 0.0 }
+        let noise = Random::new(seed);
+        Light { levels: [false; 2], lost, loss: 0.0, jitter, noise, is_lost: false, next: 0.0 }
     }
 
     /// Returns the edges of one step of 9 µs.
     pub fn step(&mut self, time: f64, truth: Truth) -> Vec<(u32, usize, bool)> {
         if time >= self.next {
-            self.is_lost = self.noise.uniform() < self.lost;
+            self.loss += self.lost;
+            self.is_lost = self.loss >= 1.0;
+            self.loss = self.loss.fract();
             self.next += FRAME;
         }
         let k = ((time.rem_euclid(FRAME)) / PATTERN) as usize;
@@ -87,7 +80,7 @@ impl Light {
             let level = !self.is_lost && pattern(k.min(40), column, row);
             if level != self.levels[diode] {
                 self.levels[diode] = level;
-                let early = 2.0 * self.noise.uniform() * self.jitter;
+                let early = 2.0 * self.noise.unit() * self.jitter;
                 edges.push(((time * 1e6 - early + 100.0) as u32, diode, level));
             }
         }
