@@ -3,7 +3,7 @@
 use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::message::{
-    CLOCK_MAX, Fragment, FrameKind, Message, PLAIN_MAX, ScriptIdentity, StigmergyEntry, Swarms,
+    CLOCK_MAX, FULL_FRAME, Fragment, FrameKind, Message, ScriptIdentity, StigmergyEntry, Swarms,
 };
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use proptest::prelude::*;
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 const SCRIPT: ScriptIdentity = ScriptIdentity { hash: 0x5bad_c0de, strings: 30 };
 
 fn frame<P: Profile>(message: Message<'_, P>) -> Vec<u8> {
-    let mut frame = [0; PLAIN_MAX + 20];
+    let mut frame = [0; FULL_FRAME];
     let length = message.encode(SCRIPT, &mut frame).expect("it fits");
     frame[..length].to_vec()
 }

@@ -276,7 +276,7 @@ impl ImageHeader {
 
     /// Returns the offset of the order table.
     #[inline]
-    pub fn order_at(&self) -> u16 {
+    fn order_at(&self) -> u16 {
         self.counts[ORDER_AT]
     }
 
@@ -348,11 +348,6 @@ impl ImageHeader {
     /// Returns the offset of the text.
     pub fn text_at(&self) -> u16 {
         self.functions_at() + 2 * self.functions()
-    }
-
-    /// Returns true if there is a string of that number. The machine's own strings are included.
-    pub fn has_string(&self, number: u16) -> bool {
-        number < self.strings() + builtin::string::COUNT
     }
 
     /// Returns the function of an entry.

@@ -184,37 +184,15 @@ fn the_ends_of_the_range() {
 
 #[test]
 fn integers_are_rounded_once() {
-    let check = |value: i32| {
+    for value in i16::MIN..=i16::MAX {
         let magnitude = model::round(value.unsigned_abs().into(), 0, false);
         let expected = if value < 0 { magnitude | 0x8000 } else { magnitude };
-        assert_eq!(F16::from_i32(value).0, expected, "{value}");
-        if let Ok(value) = i16::try_from(value) {
-            assert_eq!(F16::from_i16(value).0, expected, "{value}");
-        }
-    };
-    (i32::from(i16::MIN)..=i32::from(i16::MAX)).for_each(check);
-    // Just beside the midpoints, where rounding to binary32 first would lose the difference.
-    for shift in 0..21 {
-        for significand in 1024..2048i32 {
-            let Some(midpoint) = significand.checked_mul(1 << shift) else { continue };
-            for value in [midpoint - 1, midpoint, midpoint + 1] {
-                check(value);
-                check(-value);
-            }
-        }
+        assert_eq!(F16::pack(&Float::<Tiny>::from_int(value as u16)).0, expected, "{value}");
     }
-    check(i32::MIN);
-    check(i32::MAX);
 }
 
 #[test]
 fn truncation_saturates() {
-    for bits in 0..=u16::MAX {
-        let value = F16(bits);
-        let exact = f64::from(value.to_f32());
-        assert_eq!(value.to_i16(), exact as i16);
-        assert_eq!(value.to_i32(), exact as i32);
-    }
     for bits in 0..=u16::MAX {
         let (value, exact) = (F16(bits).unpack(), f64::from(F16(bits).to_f32()));
         let int = |rounding| value.to_int(rounding) as i16;
@@ -224,9 +202,6 @@ fn truncation_saturates() {
         assert_eq!(int(Rounding::Ceil), exact.ceil() as i16);
         assert_eq!(int(Rounding::Nearest), exact.round() as i16);
     }
-    assert_eq!(F16::from_f32(-3.9).to_i16(), -3);
-    assert_eq!(F16::INFINITY.to_i16(), i16::MAX);
-    assert_eq!(F16::NAN.to_i32(), 0);
 }
 
 /// The 16-bit float nearest to a binary64.

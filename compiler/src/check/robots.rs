@@ -32,7 +32,7 @@ impl<'a> KnownRobots<'a> {
     }
 
     /// Returns true if the field of a table exists on a robot that runs the script.
-    pub fn has_field(self, table: &str, field: &str) -> bool {
+    fn has_field(self, table: &str, field: &str) -> bool {
         let mut tables = self.targets().filter_map(|robot| robot.table(table));
         tables.any(|table| table.fields.iter().any(|known| known.name == field))
     }

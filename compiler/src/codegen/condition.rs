@@ -111,7 +111,7 @@ impl<'a> GeneratedFunction<'_, 'a> {
     }
 
     /// Returns true if the callee certainly is the global built-in with that number.
-    pub fn is_builtin(&self, callee: &CheckedExpr, number: u8) -> bool {
+    fn is_builtin(&self, callee: &CheckedExpr, number: u8) -> bool {
         matches!(callee.kind, CheckedExprKind::Name(name)
             if self.generator.meanings.of(name) == Meaning::Builtin(number))
     }

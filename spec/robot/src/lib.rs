@@ -83,7 +83,7 @@ pub use generate::generate_rust;
 pub use layout::{Layout, Region};
 pub use read::is_robot_name;
 pub use sensor::{Sensor, SensorKind, SensorReading, SensorValue};
-pub use signature::{MAX_PARAMETERS, Parameter, SignatureType, parameter_at, takes_count};
+pub use signature::{PARAMETERS_MAX, Parameter, SignatureType, parameter_at, takes_count};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 
 /// The content of a robot file.
@@ -240,11 +240,6 @@ impl RobotFunction {
             format!("{}({}){returns}", self.name, list.join(", "))
         })
     }
-
-    /// Returns true if one of the accepted lists has that many arguments.
-    pub fn accepts_count(&self, count: usize) -> bool {
-        self.accepts.iter().any(|list| takes_count(list, count))
-    }
 }
 
 /// A number in which one robot differs from others of its kind. `bbz flash --set` writes it to
@@ -291,7 +286,7 @@ impl Robot {
     /// Reads the robot file at a path.
     pub fn read(path: &Path) -> Result<Robot, RobotErrors> {
         let name = path.to_string_lossy();
-        match file::read_text(path, file::MOST_TEXT) {
+        match file::read_text(path, file::TEXT_BYTES_MAX) {
             Ok(text) => Robot::parse(&text, &name),
             Err(error) => Err(RobotErrors::unreadable(&name, &error)),
         }

@@ -20,8 +20,6 @@ pub use waiting::replaces;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
-/// The number of bytes of the longest frame that is not a fragment.
-pub const PLAIN_MAX: usize = 17;
 /// The number of bytes of the longest frame in the tiny profile: a Kilobot's frame has its type
 /// byte and nine more.
 pub const TINY_FRAME: usize = 10;

@@ -117,31 +117,4 @@ impl F16 {
         number.negative = self.0 >> 15 != 0;
         number
     }
-
-    /// Returns the nearest 16-bit float.
-    pub fn from_i16(value: i16) -> F16 {
-        F16::from_f32(f32::from(value))
-    }
-
-    /// Returns the nearest 16-bit float, which is never infinite.
-    pub fn from_i32(value: i32) -> F16 {
-        // 31 bits do not fit binary32, and the conversion must neither make nor remove a midpoint
-        // between two 16-bit floats. The bits below the 24 that are kept are therefore collected in
-        // the last kept one, which is too low to change anything but the decision about a midpoint.
-        let magnitude = value.unsigned_abs();
-        let sticky = if magnitude >> 24 != 0 && magnitude & 0xFF != 0 { 0x100 } else { 0 };
-        let kept = if magnitude >> 24 != 0 { magnitude & !0xFF | sticky } else { magnitude };
-        let float = F16::from_f32(kept as f32);
-        if value < 0 { F16(float.0 | 0x8000) } else { float }
-    }
-
-    /// Returns the integer part; the nearest `i16` if that does not fit, 0 for NaN.
-    pub fn to_i16(self) -> i16 {
-        self.to_f32() as i16
-    }
-
-    /// Returns the integer part; the nearest `i32` if that does not fit, 0 for NaN.
-    pub fn to_i32(self) -> i32 {
-        self.to_f32() as i32
-    }
 }
