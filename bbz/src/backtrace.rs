@@ -2,7 +2,7 @@
 
 use annotate_snippets::{AnnotationKind, Element, Level, Origin, Snippet};
 use bittybuzz_compiler::codegen::GLOBAL_CODE;
-use bittybuzz_compiler::render::{LONGEST_LINE, MOST_MARKED_BYTES, WIDE_LINE};
+use bittybuzz_compiler::render::{LINE_BYTES_MAX, MARKED_BYTES_MAX, WIDE_LINE};
 use bittybuzz_compiler::symbols::{SourceSpan, Symbols};
 use bittybuzz_vm_core::Entry;
 use serde_json::{Value, json};
@@ -94,7 +94,7 @@ impl<'a> Backtrace<'a> {
         let path = printable(symbols.file(place.file).unwrap_or("<unknown>"));
         let source = self.program.source(place.file);
         let line = source.as_deref().and_then(|text| text.lines().nth(index(place.line)));
-        let Some(line) = line.filter(|line| line.len() <= LONGEST_LINE) else {
+        let Some(line) = line.filter(|line| line.len() <= LINE_BYTES_MAX) else {
             let (line, column) = (index(place.line) + 1, index(place.column) + 1);
             return Origin::path(path).line(line).char_column(column).into();
         };
@@ -105,7 +105,7 @@ impl<'a> Backtrace<'a> {
         let end = if place.end_line == place.line { byte(place.end_column) } else { line.len() };
         let most = match line.len() {
             0..=WIDE_LINE => line.len(),
-            _ => line.floor_char_boundary(start + MOST_MARKED_BYTES),
+            _ => line.floor_char_boundary(start + MARKED_BYTES_MAX),
         };
         Snippet::source(line.to_owned())
             .line_start(index(place.line) + 1)

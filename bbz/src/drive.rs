@@ -161,7 +161,7 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         self.steps += u64::from(entry == Entry::Step);
         for neighbor in self.neighbors {
             let place = Some(neighbor.place.map(Value::float));
-            self.vm.meet(neighbor.id, &Sighting { robot: None, place }, u8::MAX);
+            self.vm.add_neighbor(neighbor.id, &Sighting { robot: None, place }, u8::MAX);
         }
         self.vm.begin(entry)
     }

@@ -70,8 +70,8 @@ impl Problem for FirmwareError {
 
 /// Checks that the file at `path` is firmware for a robot with this layout.
 pub fn check(path: &Path, layout: &Layout) -> Result<(), Box<dyn Problem>> {
-    let bytes =
-        file::read(path, file::MOST_PROGRAM).map_err(|error| FileError::reading(path, error))?;
+    let bytes = file::read(path, file::PROGRAM_BYTES_MAX)
+        .map_err(|error| FileError::reading(path, error))?;
     check_bytes(&bytes, layout).map_err(|error| FirmwareError { path: path.to_owned(), error })?;
     Ok(())
 }

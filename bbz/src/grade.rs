@@ -97,7 +97,7 @@ pub fn execute(arguments: &GradeArguments) -> Result<ExitStatus, Box<dyn Problem
         Some(scenario) => scenario.clone(),
         None => only_scenario(&arguments.folder)?,
     };
-    let text = file::read_text(&scenario, file::MOST_TEXT)
+    let text = file::read_text(&scenario, file::TEXT_BYTES_MAX)
         .map_err(|error| FileError::reading(&scenario, error))?;
     let desk = Desk::for_scripts_of_others(&scenario, &arguments.include);
     // A mistake of the assignment is reported once, and not for each result.

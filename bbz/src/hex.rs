@@ -46,8 +46,8 @@ pub fn with_script(
 
 /// Reads the program in a file.
 pub fn read(path: &Path) -> Result<Vec<u8>, Box<dyn Problem>> {
-    let bytes =
-        file::read(path, file::MOST_PROGRAM).map_err(|error| FileError::reading(path, error))?;
+    let bytes = file::read(path, file::PROGRAM_BYTES_MAX)
+        .map_err(|error| FileError::reading(path, error))?;
     Ok(program::read(&bytes).map_err(|error| ProgramFileError::new(path, error))?)
 }
 

@@ -187,12 +187,12 @@ impl LoadedProgram {
         if path.extension().is_none_or(|extension| extension != "sym") {
             return LoadedProgram::open(path, include, selection);
         }
-        let text = file::read_text(path, file::MOST_COMPILED)
+        let text = file::read_text(path, file::COMPILED_BYTES_MAX)
             .map_err(|error| FileError::reading(path, error))?;
         let symbols = Symbols::from_json(&text)
             .map_err(|error| InputError::Symbols { path: path.to_owned(), error })?;
         let mut program = LoadedProgram::unknown();
-        if let Ok(image) = file::read(&path.with_extension("bbi"), file::MOST_COMPILED)
+        if let Ok(image) = file::read(&path.with_extension("bbi"), file::COMPILED_BYTES_MAX)
             && Image::new(image.as_slice()).header().is_ok_and(|h| h.hash() == symbols.script_hash)
         {
             program.image = image;
@@ -370,13 +370,13 @@ fn object(path: &Path, options: &Options) -> Result<Compiled, Box<dyn Problem>> 
 
 /// Reads the bytes of a file.
 pub fn read(path: &Path) -> Result<Vec<u8>, FileError> {
-    file::read(path, file::MOST_COMPILED).map_err(|error| FileError::reading(path, error))
+    file::read(path, file::COMPILED_BYTES_MAX).map_err(|error| FileError::reading(path, error))
 }
 
 /// Reads the `.bdb` file next to an object file. Warns if the file exists and cannot be read.
 fn debug_beside(object: &Path) -> Option<Vec<u8>> {
     let path = object.with_extension("bdb");
-    match file::read(&path, file::MOST_COMPILED) {
+    match file::read(&path, file::COMPILED_BYTES_MAX) {
         Ok(bytes) => Some(bytes),
         Err(ReadError::Io(error)) if error.kind() == ErrorKind::NotFound => None,
         Err(error) => {
@@ -391,7 +391,7 @@ fn debug_beside(object: &Path) -> Option<Vec<u8>> {
 /// used.
 fn symbols_beside(image: &Path, hash: u32) -> Option<Symbols> {
     let path = image.with_extension("sym");
-    let text = match file::read_text(&path, file::MOST_COMPILED) {
+    let text = match file::read_text(&path, file::COMPILED_BYTES_MAX) {
         Ok(text) => text,
         Err(ReadError::Io(error)) if error.kind() == ErrorKind::NotFound => return None,
         Err(error) => {

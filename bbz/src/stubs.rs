@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::check::missing::{Missing, MissingFunction, missing};
 use bittybuzz_compiler::source::SourceMap;
-use bittybuzz_robot_spec::{MAX_PARAMETERS, Robot, is_robot_name};
+use bittybuzz_robot_spec::{PARAMETERS_MAX, Robot, is_robot_name};
 use clap::Args;
 
 use crate::exit::ExitStatus;
@@ -132,7 +132,7 @@ fn function_section(function: &MissingFunction, sources: &SourceMap) -> String {
 
 /// Returns parameters for that number of arguments. Their types are not known.
 fn parameters(count: usize) -> String {
-    if count > MAX_PARAMETERS {
+    if count > PARAMETERS_MAX {
         return "values: any...".to_owned();
     }
     let parameters: Vec<String> = (1..=count).map(|number| format!("a{number}: any")).collect();

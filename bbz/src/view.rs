@@ -62,8 +62,8 @@ pub struct ViewArguments {
 /// Carries out the command.
 pub fn execute(arguments: &ViewArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let path = &arguments.recording;
-    let bytes =
-        file::read(path, file::MOST_RECORDING).map_err(|error| FileError::reading(path, error))?;
+    let bytes = file::read(path, file::RECORDING_BYTES_MAX)
+        .map_err(|error| FileError::reading(path, error))?;
     let mut replay =
         Replay::new(&bytes).map_err(|error| ViewError::Recording { path: path.clone(), error })?;
     show(&mut replay, arguments.no_browser)

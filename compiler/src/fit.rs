@@ -21,9 +21,9 @@ pub use stack::CallPath;
 const ROW: usize = 4;
 
 /// The maximum number of slots of a machine.
-const MOST_SLOTS: usize = 65_520;
+const SLOTS_MAX: usize = 65_520;
 
-type Machine<'a, P> = Box<Vm<P, &'a [u8], MOST_SLOTS>>;
+type Machine<'a, P> = Box<Vm<P, &'a [u8], SLOTS_MAX>>;
 
 /// A reason why a robot cannot run an image.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -241,12 +241,12 @@ struct CallChain<'a> {
 impl fmt::Display for CallChain<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         /// The maximum number of functions that are printed.
-        const MOST: usize = 6;
+        const PRINTED_MAX: usize = 6;
         let name = |number: &u16| format!("`{}`", (self.function)(*number));
         let names: Vec<String> = match self.way.functions.as_slice() {
-            [first @ .., last] if first.len() >= MOST => {
-                let between = format!("{} more", self.way.functions.len() - MOST);
-                let shown = first.iter().take(MOST - 1).map(name);
+            [first @ .., last] if first.len() >= PRINTED_MAX => {
+                let between = format!("{} more", self.way.functions.len() - PRINTED_MAX);
+                let shown = first.iter().take(PRINTED_MAX - 1).map(name);
                 shown.chain([between, name(last)]).collect()
             }
             all => all.iter().map(name).collect(),

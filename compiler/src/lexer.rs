@@ -48,7 +48,7 @@ struct Lexer<'a> {
     /// True once a `/*` without `*/` was found.
     endless_comment: bool,
     /// True once a line that ends with a lone carriage return was reported.
-    told_of_line_ends: bool,
+    has_reported_line_ends: bool,
 }
 
 impl<'a> Lexer<'a> {
@@ -66,7 +66,7 @@ impl<'a> Lexer<'a> {
             multi_line_strings: Vec::new(),
             endless_string: None,
             endless_comment: false,
-            told_of_line_ends: false,
+            has_reported_line_ends: false,
         }
     }
 
@@ -165,7 +165,7 @@ impl<'a> Lexer<'a> {
     }
 
     /// Adds an edit to the last diagnostic, which replaces its source with `text`.
-    fn mend(&mut self, text: &str) {
+    fn suggest_edit(&mut self, text: &str) {
         if let Some(last) = self.diagnostics.pop() {
             let span = last.span;
             self.diagnostics.push(last.edit(span, text));
@@ -195,7 +195,7 @@ impl<'a> Lexer<'a> {
     /// comment would swallow the rest of the file.
     fn old_line_end(&mut self) {
         self.separation = self.separation.max(Separation::Newline);
-        if !std::mem::replace(&mut self.told_of_line_ends, true) {
+        if !std::mem::replace(&mut self.has_reported_line_ends, true) {
             let start = std::mem::replace(&mut self.start, self.position);
             self.position += 1;
             self.report(

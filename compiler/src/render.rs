@@ -13,7 +13,7 @@ use crate::steps;
 
 /// The length in bytes of the longest source line that is shown, because finding the part around a
 /// mark takes time that grows with the line. For longer lines, only the place is printed.
-pub const LONGEST_LINE: usize = 1 << 16;
+pub const LINE_BYTES_MAX: usize = 1 << 16;
 
 /// The maximum length in bytes of a normal line. Of a longer, wide line only the part around a mark
 /// is shown. Each mark in a wide line is shown on its own, because one piece would include all text
@@ -21,11 +21,11 @@ pub const LONGEST_LINE: usize = 1 << 16;
 pub const WIDE_LINE: usize = 400;
 
 /// The maximum number of bytes of a wide line that are marked.
-pub const MOST_MARKED_BYTES: usize = 60;
+pub const MARKED_BYTES_MAX: usize = 60;
 
 /// The maximum number of source lines that one mark covers. Of a longer span only the first line is
 /// marked.
-const MOST_MARKED_LINES: usize = 6;
+const MARKED_LINES_MAX: usize = 6;
 
 /// Maximum distance in lines between two places that are shown in one piece of source text.
 const NEAR: usize = 10;
@@ -61,9 +61,9 @@ impl<'a> Renderer<'a> {
     /// Creates a renderer for diagnostics about `sources`.
     pub fn new(sources: &'a SourceMap) -> Self {
         let layout = |text: &str| {
-            let behind_newlines = text.match_indices('\n').map(|(at, _)| at + 1);
+            let after_newlines = text.match_indices('\n').map(|(at, _)| at + 1);
             Layout {
-                line_starts: std::iter::once(0).chain(behind_newlines).collect(),
+                line_starts: std::iter::once(0).chain(after_newlines).collect(),
                 is_ascii: text.is_ascii(),
             }
         };
@@ -191,7 +191,7 @@ impl<'a> Renderer<'a> {
         let first = self.line_of(span.file, span.start as usize);
         let last = self.line_of(span.file, span.end as usize).max(first);
         let all = first..last + 1;
-        let is_shown = last - first < MOST_MARKED_LINES
+        let is_shown = last - first < MARKED_LINES_MAX
             && !self.has_longer_line(span.file, all.clone(), WIDE_LINE);
         if is_shown { all } else { first..first + 1 }
     }
@@ -210,7 +210,7 @@ impl<'a> Renderer<'a> {
             first = first.min(lines.start);
             last = last.max(lines.end);
         }
-        if self.has_longer_line(file, first..last, LONGEST_LINE) {
+        if self.has_longer_line(file, first..last, LINE_BYTES_MAX) {
             let at = self.position(file, start as usize);
             let origin = Origin::path(path).line(at.line as usize).char_column(at.column as usize);
             return origin.into();
@@ -230,7 +230,7 @@ impl<'a> Renderer<'a> {
         let mut end = (mark.span.end as usize).min(end_of_lines).min(piece.end) - piece.start;
         if self.has_longer_line(mark.span.file, self.lines(mark.span), WIDE_LINE) {
             let text = self.source(mark.span.file, piece);
-            end = end.min(text.floor_char_boundary(start + MOST_MARKED_BYTES));
+            end = end.min(text.floor_char_boundary(start + MARKED_BYTES_MAX));
         }
         let kind = match mark.primary {
             true => AnnotationKind::Primary,

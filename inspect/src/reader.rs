@@ -60,10 +60,10 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SL
             ValueKind::String(number) => self.constant(number, value),
             ValueKind::Text(_) => ScriptValue::String(self.text(value)),
             ValueKind::Table(cell) | ValueKind::Snapshot(cell) => {
-                ScriptValue::Table(self.meet(cell, value))
+                ScriptValue::Table(self.object_id(cell, value))
             }
             ValueKind::Closure(cell) | ValueKind::Bound(cell) => {
-                ScriptValue::Closure(self.meet(cell, value))
+                ScriptValue::Closure(self.object_id(cell, value))
             }
             ValueKind::Function(number) => ScriptValue::Function(self.function(number)),
             ValueKind::Builtin(number) => ScriptValue::Builtin(builtin_name(number)),
@@ -103,7 +103,7 @@ impl<'a, P: Profile, C: ByteCode, const SLOTS: usize> MachineReader<'a, P, C, SL
         objects
     }
 
-    fn meet(&mut self, cell: u16, value: Value<P>) -> ObjectId {
+    fn object_id(&mut self, cell: u16, value: Value<P>) -> ObjectId {
         let id = ObjectId(cell);
         if self.depth <= self.limits.depth && self.met.insert(id) {
             self.waiting.push_back((id, value, self.depth));

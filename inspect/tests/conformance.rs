@@ -13,7 +13,7 @@ use bittybuzz_vm_core::{Entry, Image, Outcome, Sighting, Sizes, Value, Vm};
 const SLOTS: usize = 4000;
 const SIZES: Sizes = Sizes { neighbors: 5, bearings: true, entries: 8, swarms: 8 };
 /// The number of instructions after which an entry is stopped.
-const MOST: usize = 50_000;
+const INSTRUCTIONS_MAX: usize = 50_000;
 
 /// The record of a run: outcomes, events, and the state of the machine at the end.
 fn run<P: Profile>(path: &str, script: &str, limits: Option<Limits>) -> Option<String> {
@@ -29,11 +29,11 @@ fn run<P: Profile>(path: &str, script: &str, limits: Option<Limits>) -> Option<S
     let mut output = String::new();
     for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Step, Entry::Destroy] {
         let place = Some([10.0, 0.5, 0.0].map(Value::float));
-        vm.meet(2, &Sighting { robot: None, place }, 100);
+        vm.add_neighbor(2, &Sighting { robot: None, place }, 100);
         if !vm.begin(entry) {
             continue;
         }
-        for _ in 0..MOST {
+        for _ in 0..INSTRUCTIONS_MAX {
             if let Some(limits) = limits {
                 let found = inspect(&vm, Some(&symbols), limits);
                 assert_eq!(found.frames.len(), vm.frames().count(), "{path}");
@@ -90,11 +90,11 @@ fn conformance<P: Profile>() {
 }
 
 #[test]
-fn looking_changes_nothing_in_tiny() {
+fn inspection_does_not_change_tiny_machines() {
     conformance::<Tiny>();
 }
 
 #[test]
-fn looking_changes_nothing_in_full() {
+fn inspection_does_not_change_full_machines() {
     conformance::<Full>();
 }

@@ -30,7 +30,7 @@ fn text(text: &str) -> ScriptValue {
     ScriptValue::String(text.to_owned())
 }
 
-fn look<P: Profile>(swarm: &Swarm<P>, robot: usize) -> Inspection {
+fn inspected<P: Profile>(swarm: &Swarm<P>, robot: usize) -> Inspection {
     let robot = &swarm.robots[robot];
     inspect(&robot.vm, robot.host.symbols.as_deref(), Limits::NONE)
 }
@@ -39,7 +39,7 @@ fn pair<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(2, SCRIPT);
     swarm.steps(30);
     for (number, other) in [(0, 2), (1, 1)] {
-        let found = look(&swarm, number);
+        let found = inspected(&swarm, number);
         let [neighbor] = &found.neighbors[..] else { panic!("{:?}", found.neighbors) };
         assert_eq!(neighbor.id, other);
         // The robots stand in a row, 10 mm apart, and face along it, so that the second is ahead of
@@ -71,14 +71,14 @@ fn pair<P: Profile>() {
     }
 }
 
-in_both_profiles!(a_pair_knows_of_each_other, pair);
+in_both_profiles!(neighbors_swarms_and_entries_of_a_pair_are_read, pair);
 
 #[test]
 fn a_deleted_entry_has_no_value_and_no_digest() {
     let script = "v = stigmergy.create(1)  v.put(\"k\", 1)  v.put(\"k\", nil)";
     let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
     swarm.steps(1);
-    let found = look(&swarm, 0);
+    let found = inspected(&swarm, 0);
     let [entry] = &found.stigmergies[0].entries[..] else { panic!("{:?}", found.stigmergies) };
     assert_eq!((entry.value.clone(), entry.digest, entry.clock), (ScriptValue::Nil, None, 2));
 }

@@ -112,7 +112,7 @@ fn entries_are_in_the_order_of_foreach() {
 }
 
 #[test]
-fn limits_leave_out_what_is_far_and_what_is_much() {
+fn limits_of_depth_and_number_leave_objects_out() {
     let script = "t = { .a = { .b = { .c = 1 } } }  many = {}
         for(i = 0, i < 30, i = i + 1) many[i] = i";
     let depths: Vec<usize> = (0..5)
@@ -316,7 +316,7 @@ fn a_fault_keeps_the_frames() {
 }
 
 #[test]
-fn waiting_names_what_is_waited_for() {
+fn a_waiting_machine_names_the_awaited_function() {
     for (call, expected) in [
         ("delay(100)", FrameFunction::Builtin("delay".to_owned())),
         ("led(3)", FrameFunction::RobotFunction("led".to_owned())),
@@ -334,7 +334,7 @@ fn waiting_names_what_is_waited_for() {
 }
 
 #[test]
-fn without_symbols_numbers_stand_for_names() {
+fn without_symbols_numbers_replace_names() {
     let script = "t = { .k = 1 }
         function f(a, b) { var x = a  return function() { log(x, b, t.k) } }
         f(3, 4)()";

@@ -29,7 +29,7 @@ mod tests {
     use std::string::String;
 
     #[test]
-    fn no_file_is_left_out() {
+    fn every_library_file_is_included() {
         let on_disk: BTreeSet<String> = fs::read_dir(env!("CARGO_MANIFEST_DIR"))
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())

@@ -91,7 +91,7 @@ fn most<P: Profile>(script: fn(usize) -> String, slots: usize) -> usize {
 }
 
 #[test]
-fn twice_the_reference_in_the_same_memory() {
+fn twice_the_data_of_the_reference_fits_the_same_memory() {
     for reference in REFERENCES {
         let robot = bittybuzz_robot_files::find(reference.robot).expect("it ships");
         // The reference sends no values that need fragments, so it has no room to put them together.

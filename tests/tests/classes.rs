@@ -186,7 +186,7 @@ fn probe_program<P: Profile>(seed: u64) -> Result<(usize, usize), String> {
 }
 
 #[test]
-fn random_programs_send_what_the_table_says() {
+fn random_programs_send_only_values_of_the_class_table() {
     let seeds = 0..200;
     let runs: Vec<(u64, bool)> =
         seeds.clone().flat_map(|seed| [(seed, false), (seed, true)]).collect();

@@ -24,11 +24,11 @@ fn run(subject: &str, is_swarm: bool, arguments: &[&str], at_least: usize) {
 }
 
 #[test]
-fn scripts_print_what_the_reference_prints() {
+fn scripts_print_the_output_of_the_reference() {
     run("conformance", false, &[], 44);
 }
 
 #[test]
-fn swarm_scripts_print_what_the_reference_prints() {
+fn swarm_scripts_print_the_output_of_the_reference() {
     run("conformance of swarms", true, &NEIGHBORS, 4);
 }

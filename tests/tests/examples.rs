@@ -6,7 +6,7 @@ use std::path::Path;
 use bittybuzz_tests::{bbz, diagnostics, example, files, report};
 
 #[test]
-fn examples_keep_their_promises() {
+fn examples_reach_their_stated_results() {
     bbz::path();
     let mut paths = files::with_extension("examples", "bzz");
     paths.retain(|path| !path.starts_with("examples/errors/"));
@@ -21,7 +21,7 @@ fn examples_keep_their_promises() {
 
 /// Each shows one mistake, in the line that says so.
 #[test]
-fn mistakes_are_found_where_they_are() {
+fn mistakes_in_examples_are_reported_at_their_place() {
     bbz::path();
     let paths = files::with_extension("examples/errors", "bzz");
     let failures: Vec<_> = files::in_parallel(&paths, |path| {

@@ -350,7 +350,7 @@ fn play<P: Profile>(seed: u64) -> Result<usize, String> {
 }
 
 #[test]
-fn robots_with_one_script_drop_nothing_of_each_other() {
+fn robots_with_one_script_accept_all_messages_of_each_other() {
     let runs: Vec<(u64, bool)> = (0..200).flat_map(|seed| [(seed, false), (seed, true)]).collect();
     let results =
         files::in_parallel(

@@ -33,7 +33,7 @@ fn longest<P: Profile>(script: &str, neighbors: u16) -> u64 {
     vm.load(Image::new(CountedCode::new(&image, &reads)), |_| true)
         .unwrap_or_else(|error| panic!("{script}\n{error:?}"));
     for robot in 0..neighbors / 4 {
-        vm.meet(robot + 2, &Sighting::default(), u8::MAX);
+        vm.add_neighbor(robot + 2, &Sighting::default(), u8::MAX);
     }
     let mut host = Recorder::default();
     let mut longest = 0;
@@ -75,7 +75,7 @@ const GAP: &str = "t = {}
     for(i = 1, i < N - 1, i = i + 1) t[i] = nil\n";
 
 #[test]
-fn removing_the_last_element_behind_a_gap() {
+fn removing_the_last_element_after_a_gap() {
     check_in_both(&format!("{GAP} function step() {{ t[N - 1] = nil }}"));
 }
 
@@ -104,7 +104,7 @@ fn iterating_over_removed_pairs() {
 }
 
 #[test]
-fn inserting_behind_other_pairs() {
+fn inserting_after_other_pairs() {
     check_in_both(
         "t = {}
          for(i = 1, i <= N, i = i + 1) t[0 - i] = 1

@@ -18,13 +18,13 @@ fn run(subject: &str, paths: &[String], at_least: usize) {
 }
 
 #[test]
-fn scripts_do_what_their_comments_say() {
+fn scripts_meet_the_expectations_in_their_comments() {
     let mut paths = files::with_extension("tests/bzz", "bzz");
     paths.retain(|path| !path.starts_with(SWARM));
     run("language", &paths, 1200);
 }
 
 #[test]
-fn swarm_scripts_do_what_their_comments_say() {
+fn swarm_scripts_meet_the_expectations_in_their_comments() {
     run("swarm", &files::with_extension(SWARM, "bzz"), 5);
 }

@@ -145,7 +145,7 @@ fn garbage_of_every_kind_is_freed() {
 
 /// Garbage of any amount leaves calls the room that it does not need itself.
 #[test]
-fn garbage_does_not_stand_in_the_way_of_calls() {
+fn garbage_does_not_prevent_calls() {
     for count in [3, 10, 30, 40, 45, 50, 100, 200, 1000] {
         let script = format!(
             "
@@ -174,7 +174,7 @@ fn strings_are_freed() {
 
 /// Memory that one script has filled is empty for the next, and a fault leaves nothing behind.
 #[test]
-fn a_full_machine_takes_the_next_script() {
+fn a_full_machine_accepts_the_next_script() {
     let compile = |script: &str| {
         let compiled = compiler::compile(script.to_owned(), true, &MemoryFiles::default());
         compiled.image.expect("the script is right")
@@ -197,7 +197,7 @@ fn a_full_machine_takes_the_next_script() {
 
 /// A library that the script left alone, while it changed another, is not confused with its changes.
 #[test]
-fn changes_of_one_library_do_not_show_in_another() {
+fn changes_of_one_library_do_not_affect_another() {
     let script = "
         log(size(math.rng))
         math.extra = 1

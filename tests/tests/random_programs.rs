@@ -21,10 +21,10 @@ const SLOTS: usize = 60_000;
 /// The most allocations that are made to fail, one by one, for each program.
 const FAILURES: u32 = 200;
 /// What one program may take; the generator keeps far below.
-const MOST_INSTRUCTIONS: u64 = 1_000_000;
+const INSTRUCTIONS_MAX: u64 = 1_000_000;
 
 #[test]
-fn random_programs_always_do_the_same() {
+fn random_programs_are_deterministic() {
     let seeds = match std::env::var("BITTYBUZZ_SEEDS") {
         Ok(range) => parse(&range),
         Err(_) => SAMPLE,
@@ -71,7 +71,7 @@ fn check_program<P: Profile>(program: &str, options: Options) -> Result<String, 
     let image = built::<P>(program)?;
     let hidden = built::<P>(&generator::program(Options { hide_literals: true, ..options }))?;
     let mut vm: Box<Vm<P, &[u8], SLOTS>> = Box::new(Vm::new());
-    let trace = torture::in_every_way(&mut vm, &image, MOST_INSTRUCTIONS, FAILURES)?;
+    let trace = torture::in_every_way(&mut vm, &image, INSTRUCTIONS_MAX, FAILURES)?;
     match trace.end {
         End::GivenUp => return Ok("GivenUp".to_owned()),
         End::Refused(error) => return Err(format!("the compiler's image is refused: {error:?}")),
@@ -85,7 +85,7 @@ fn check_program<P: Profile>(program: &str, options: Options) -> Result<String, 
         budget: u16::MAX,
         torture: Torture::default(),
         audit: false,
-        most: MOST_INSTRUCTIONS,
+        most: INSTRUCTIONS_MAX,
     };
     same_but_positions(&trace, &machine::run(&mut vm, &hidden, &settings))
         .map_err(|problem| format!("literals in variables: {problem}"))?;

@@ -3,7 +3,7 @@
 use bittybuzz_tests::{bbz, files, report};
 
 #[test]
-fn shipped_scenarios_come_true() {
+fn shipped_scenarios_reach_their_expected_states() {
     bbz::path();
     let mut paths = files::with_extension("examples", "toml");
     // Those need images of robots: tests/hil/tests/mixed_swarm.rs.
@@ -24,7 +24,7 @@ fn shipped_scenarios_come_true() {
 
 /// One robot puts a text where the others expect a number: none is silent or stopped for good.
 #[test]
-fn a_poisoned_entry_stops_nobody_for_good() {
+fn a_poisoned_entry_stops_no_robot_permanently() {
     bbz::path();
     let outcome = bbz::run(&["sim", "tests/scenarios/worm.toml"], &[]);
     assert_eq!(outcome.status, Some(0), "{}{}", outcome.stdout, outcome.stderr);
@@ -57,7 +57,7 @@ fn a_swarm_survives_adversaries() {
 
 /// The worlds by which the speed of the simulator is measured work as they are meant to.
 #[test]
-fn robots_that_are_timed_flock_and_gather() {
+fn robots_with_timing_flock_and_gather() {
     bbz::path();
     for world in ["speed-crazyflies", "speed-zooids"] {
         let path = format!("tests/scenarios/{world}.toml");

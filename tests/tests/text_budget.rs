@@ -36,7 +36,7 @@ fn script(call: &str) -> String {
 const SLICES: std::ops::Range<u32> = 11..13;
 
 #[test]
-fn every_way_to_call_a_built_in_costs_the_same() {
+fn every_form_of_a_built_in_call_has_the_same_cost() {
     for call in ["string.concat(a, a)", "f(a, a)", "foreach(t, f)"] {
         let image = image(&script(call));
         let mut vm = Machine::new();
@@ -48,7 +48,7 @@ fn every_way_to_call_a_built_in_costs_the_same() {
 }
 
 #[test]
-fn a_script_does_not_pay_for_the_one_before() {
+fn a_script_does_not_inherit_the_cost_of_the_previous_one() {
     // Faults in the middle of a text.
     let before = image("a = \"0123456789\"\nwhile(1) a = string.concat(a, a)");
     let after = image(&script("string.concat(a, a)"));

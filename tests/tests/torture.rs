@@ -25,7 +25,7 @@ const SAMPLE: Extent = Extent { most_instructions: 200_000, failures: 20 };
 const ALL: Extent = Extent { most_instructions: 2_000_000, failures: 2000 };
 
 #[test]
-fn scripts_do_the_same_under_torture() {
+fn torture_does_not_change_results() {
     let extent = match std::env::var("BITTYBUZZ_TORTURE").as_deref() {
         Ok("all") => ALL,
         Ok(other) => panic!("BITTYBUZZ_TORTURE=all, not `{other}`"),

@@ -52,7 +52,7 @@ mod tests {
     use super::Byte;
 
     #[test]
-    fn numbers_come_back() {
+    fn numbers_round_trip() {
         for number in 0..255 {
             assert_eq!(Byte::of(number) as u8, number);
         }
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn none_takes_no_room() {
+    fn absent_values_need_no_bytes() {
         assert_eq!(size_of::<Option<Byte>>(), 1);
     }
 }

@@ -87,14 +87,14 @@ pub struct FlashArea<'a, const BYTES: usize> {
 
 impl<'a, const BYTES: usize> FlashArea<'a, BYTES> {
     /// The greatest length of the image, in bytes.
-    pub const MOST: usize = {
+    pub const LENGTH_MAX: usize = {
         assert!(BYTES > 2);
         1 << (BYTES - 2).ilog2()
     };
 
-    /// Returns the image of that length; `None` if it is longer than [`FlashArea::MOST`].
+    /// Returns the image of that length; `None` if it is longer than [`FlashArea::LENGTH_MAX`].
     pub fn new(bytes: &'a [u8; BYTES], length: usize) -> Option<Self> {
-        if length > Self::MOST { None } else { Some(FlashArea { bytes, length }) }
+        if length > Self::LENGTH_MAX { None } else { Some(FlashArea { bytes, length }) }
     }
 
     /// Returns an area without an image.
@@ -116,12 +116,12 @@ impl<const BYTES: usize> ByteCode for FlashArea<'_, BYTES> {
 
     #[hot]
     fn byte(&self, at: usize) -> u8 {
-        self.bytes[at & (Self::MOST - 1)]
+        self.bytes[at & (Self::LENGTH_MAX - 1)]
     }
 
     #[hot]
     fn word(&self, at: usize) -> u16 {
-        let at = at & (Self::MOST - 1);
+        let at = at & (Self::LENGTH_MAX - 1);
         u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
     }
 }

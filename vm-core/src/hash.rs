@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hash_goes_on_where_it_ended() {
+    fn a_hash_can_be_continued() {
         assert_eq!(fnv_1a_from(fnv_1a(b"foo"), b"bar"), fnv_1a(b"foobar"));
     }
 }

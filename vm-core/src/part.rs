@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn what_built_ins_need_follows_their_features() {
+    fn parts_of_built_ins_follow_their_features() {
         for info in builtin::TABLE {
             let parts = Parts::of_builtin(info);
             let has = |part| parts.has(part);

@@ -7,7 +7,7 @@
 /// Ticks of the first pause: 1 s.
 const FIRST: u16 = 10;
 /// Ticks of the longest pause: 60 s.
-const LONGEST: u16 = 600;
+const PAUSE_MAX: u16 = 600;
 /// The number of completed steps after which a script counts as healthy: a minute of them.
 const HEALTHY: u16 = 600;
 
@@ -30,7 +30,7 @@ impl Restarts {
     pub fn pause(&mut self) -> u16 {
         self.pause = match self.pause {
             0 => FIRST,
-            pause => (2 * pause).min(LONGEST),
+            pause => (2 * pause).min(PAUSE_MAX),
         };
         self.count = self.pause;
         self.pause
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn a_minute_of_steps_makes_the_pause_short_again() {
+    fn a_minute_of_steps_resets_the_pause() {
         let mut restarts = Restarts::new();
         pause(&mut restarts);
         pause(&mut restarts);

@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn three_instructions_do_not_lead_to_the_next() {
+    fn three_instructions_never_fall_through() {
         let leaves = |info: &&opcode::OpcodeInfo| Effect::of::<Tiny, Code>(info.byte).leaves() != 0;
         let leave = opcode::TABLE.iter().filter(leaves).map(|info| info.byte);
         assert!(leave.eq([opcode::RETURN, opcode::RETURN_NIL, opcode::JUMP]));

@@ -118,23 +118,23 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_heard_twice_changes_nothing(a in stamps()) {
+        fn merging_is_idempotent(a in stamps()) {
             prop_assert!(same(join(a, a), a));
         }
 
         #[test]
-        fn it_does_not_matter_what_is_heard_first(a in stamps(), b in stamps()) {
+        fn merging_is_commutative(a in stamps(), b in stamps()) {
             prop_assert!(same(join(a, b), join(b, a)));
             prop_assert_eq!(a.order(&b), b.order(&a).reverse());
         }
 
         #[test]
-        fn it_does_not_matter_who_heard_it(a in stamps(), b in stamps(), c in stamps()) {
+        fn merging_is_associative(a in stamps(), b in stamps(), c in stamps()) {
             prop_assert!(same(join(join(a, b), c), join(a, join(b, c))));
         }
 
         #[test]
-        fn a_later_clock_wins_whatever_is_put(a in stamps(), b in stamps()) {
+        fn a_later_clock_wins_for_any_value(a in stamps(), b in stamps()) {
             // Among these clocks the high ones are the earlier ones.
             let expected = (a.clock.wrapping_add(5) % CLOCK_MAX).cmp(&(b.clock.wrapping_add(5) % CLOCK_MAX));
             prop_assert!(expected == Ordering::Equal || a.order(&b) == expected);
@@ -146,7 +146,7 @@ mod tests {
         }
 
         #[test]
-        fn whatever_clock_is_known_the_next_put_is_later(clock in 0..=CLOCK_MAX) {
+        fn the_next_put_is_later_than_any_known_clock(clock in 0..=CLOCK_MAX) {
             prop_assert!((1..=CLOCK_MAX).contains(&next(clock)));
             prop_assert!(is_earlier(clock, next(clock)));
         }

@@ -106,7 +106,7 @@ fn instruction_set_is_up_to_date() {
 
 /// docs/image-format.md is written by hand: its numbers are those of the crate, and it names no instruction that does not exist.
 #[test]
-fn image_format_says_what_the_crate_says() {
+fn image_format_document_matches_the_crate() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/image-format.md");
     let text = std::fs::read_to_string(path).unwrap();
     let bit = |mask: u8| mask.trailing_zeros();

@@ -10,7 +10,7 @@ const END: u8 = 0xbc; // RETURN_NIL 0
 /// Makes 40 tables of garbage, keeps the last one in global 0, then calls 50 deep. Two thirds of the memory are free all the
 /// time, but cells never move: a table that lives on at the lower end of a heap full of garbage would block the calls.
 #[test]
-fn a_survivor_of_much_garbage_leaves_room_for_calls() {
+fn a_survivor_of_a_collection_does_not_block_calls() {
     let garbage = [INT, 40, JUMP, 4, TABLE_NEW, 0xb0, ADD_INT, 0xff, DUP, JUMP_TRUE, 0xf9, POP];
     let deep = [INT, 50, CALL_FUNCTION, 1, CALL_BUILTIN, builtin::LOG, 0x81, END];
     let image = ImageParts::new(&[

@@ -71,7 +71,7 @@ fn every_budget_gives_the_same_run() {
 }
 
 #[test]
-fn a_budget_of_nothing_does_nothing() {
+fn a_budget_of_zero_executes_nothing() {
     let image = countdown();
     let mut vm = load(&image);
     let mut host = recorder();
@@ -84,7 +84,7 @@ fn a_budget_of_nothing_does_nothing() {
 }
 
 #[test]
-fn entries_begin_only_when_they_exist_and_nothing_runs() {
+fn entries_start_only_if_they_exist_and_the_machine_is_idle() {
     let mut parts = ImageParts::new(&[&[0, 1, END], &[0, 1, 0x98, 0xb0, END]]);
     parts.entries[1] = EntryPoint::Function(1);
     parts.entries[2] = EntryPoint::Global(1);
@@ -277,7 +277,7 @@ fn a_robot_function_may_refuse() {
 }
 
 #[test]
-fn recursion_meets_the_heap_and_stops() {
+fn recursion_stops_at_the_heap() {
     // f calls itself for ever.
     let image =
         ImageParts::new(&[&[0, 1, CALL_FUNCTION, 1, POP, END], &[0, 1, CALL_FUNCTION, 1, 0xb8]]);
@@ -289,7 +289,7 @@ fn recursion_meets_the_heap_and_stops() {
 }
 
 #[test]
-fn the_stack_takes_back_what_the_heap_no_longer_needs() {
+fn the_stack_reuses_freed_heap() {
     // Makes garbage until the heap reaches the stack, then calls 8 deep: the frames need the room of the garbage.
     let image = ImageParts::new(&[
         &[0, 2, TABLE_NEW, POP, 0x99, CALL_FUNCTION, 1, POP, END],

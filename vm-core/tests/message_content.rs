@@ -72,7 +72,7 @@ fn checked(bytes: &[u8], script: ScriptIdentity) -> Result<(), Ignored> {
 }
 
 #[test]
-fn what_is_cut_or_changed_is_refused() {
+fn truncated_and_changed_content_is_refused() {
     let bytes = content::<Full>(Head::Broadcast);
     assert_eq!(checked(&bytes, SCRIPT), Ok(()));
     for length in 0..bytes.len() {

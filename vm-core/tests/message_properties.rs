@@ -204,7 +204,7 @@ fn contents() -> impl Strategy<Value = Vec<u8>> {
 
 proptest! {
     #[test]
-    fn broadcasts_come_back(
+    fn broadcasts_round_trip(
         robot: u16, topic in 0..SCRIPT.strings, value in values(), bits in 1..=0xff_ffff_u32,
     ) {
         let tiny = TinyMessage::Broadcast { robot, topic, value: value.value() };
@@ -216,7 +216,7 @@ proptest! {
     }
 
     #[test]
-    fn entries_come_back(
+    fn entries_round_trip(
         stigmergy in 0..3_u16, owner: u16, clock in 0..=CLOCK_MAX, key in keys(), value in values(),
         bits in 1..16_u32,
     ) {
@@ -230,7 +230,7 @@ proptest! {
     }
 
     #[test]
-    fn what_has_no_frame_is_told(
+    fn values_without_a_frame_are_reported(
         stigmergy in 0..6_u16, clock in 0..=2 * CLOCK_MAX, key in values(), value in values(),
         index in 0..8_u8,
     ) {
@@ -247,7 +247,7 @@ proptest! {
     }
 
     #[test]
-    fn the_rest_comes_back(
+    fn other_messages_round_trip(
         robot: u16, ids in prop::collection::vec(any::<(u16, bool)>(), 1..=4), number: u8,
         index in 0..8_u8, last: bool, content in prop::collection::vec(any::<u8>(), 1..50),
         bits in 1..=0xffff_u32, digest in 0..1_u32 << 24,
@@ -276,7 +276,7 @@ proptest! {
     }
 
     #[test]
-    fn bytes_are_a_message_that_can_be_written_or_none(
+    fn decoded_messages_encode_to_the_same_bytes(
         bytes in prop::collection::vec(any::<u8>(), 0..24), kind in 0..0x80_u8, ours: bool,
     ) {
         let mut bytes = bytes;
@@ -293,7 +293,7 @@ proptest! {
     }
 
     #[test]
-    fn contents_are_read_as_they_were_written_or_not_at_all(
+    fn damaged_content_is_refused_or_reads_as_written(
         bytes in prop::collection::vec(any::<u8>(), 0..40), content in contents(),
     ) {
         for content in [bytes.clone(), checked(&bytes), content] {

@@ -44,7 +44,7 @@ fn events(vm: &mut Vm<Tiny, &[u8], SLOTS>) -> Vec<String> {
 }
 
 #[test]
-fn a_sealed_image_does_what_the_verified_one_does() {
+fn a_sealed_image_runs_like_the_verified_one() {
     let (image, sealed) = (image(), sealed());
     let mut verified: Vm<Tiny, &[u8], SLOTS> = Vm::new();
     verified.load(Image::new(&image), |_| true).unwrap();
@@ -70,7 +70,7 @@ fn every_changed_bit_is_found() {
 }
 
 #[test]
-fn what_is_cut_off_or_empty_is_refused() {
+fn truncated_and_empty_seals_are_refused() {
     let good = sealed();
     for length in 0..good.len() {
         assert_eq!(load(&good[..length], ROBOT), Err(ImageError::Seal), "{length} bytes");
@@ -88,7 +88,7 @@ fn what_is_cut_off_or_empty_is_refused() {
 }
 
 #[test]
-fn it_is_for_robots_of_one_kind() {
+fn a_seal_is_valid_for_one_kind_of_robot() {
     let good = sealed();
     let neighbors = Sizes { neighbors: 4, ..Sizes::NONE };
     for other in [
@@ -107,7 +107,7 @@ fn it_is_for_robots_of_one_kind() {
 }
 
 #[test]
-fn only_what_was_verified_is_sealed() {
+fn only_verified_images_are_sealed() {
     let mut vm: Vm<Tiny, &[u8], SLOTS> = Vm::new();
     assert_eq!(vm.seal(ROBOT), None);
     let mut wrong = image();
@@ -118,7 +118,7 @@ fn only_what_was_verified_is_sealed() {
 
 /// A machine that refuses an image has none, whatever it had before.
 #[test]
-fn after_a_broken_seal_nothing_runs() {
+fn no_code_runs_after_a_broken_seal() {
     let (good, image) = (sealed(), image());
     let mut vm: Vm<Tiny, &[u8], SLOTS> = Vm::new();
     vm.load_sealed(SealedImage::new(&good), ROBOT).unwrap();

@@ -72,7 +72,7 @@ fn run<const IS_TIMED: bool>(script: &str, budget: u16, questions: u32) -> (u32,
 }
 
 #[test]
-fn a_host_with_a_fast_clock_is_asked_before_each_instruction() {
+fn a_fast_clock_is_read_before_each_instruction() {
     for script in [LOOP, TABLE] {
         let (slices, instructions) = run::<true>(script, 0, u32::MAX);
         assert_eq!(slices, 1);
@@ -85,7 +85,7 @@ fn a_host_with_a_fast_clock_is_asked_before_each_instruction() {
 }
 
 #[test]
-fn other_hosts_are_asked_after_long_instructions() {
+fn other_clocks_are_read_after_long_instructions() {
     // At the start of a slice, and after that never in time.
     let (slices, questions) = run::<false>(LOOP, u16::MAX, 1);
     assert!(slices <= 3 && questions <= 6, "{slices} {questions}");

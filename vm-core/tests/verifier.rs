@@ -45,7 +45,7 @@ fn accepts_the_smallest_program() {
 }
 
 #[test]
-fn refuses_what_is_no_image() {
+fn refuses_bytes_without_an_image() {
     assert_eq!(load(&[]), Err(ImageError::Truncated));
     assert_eq!(load(&[0x42; 40]), Err(ImageError::NotAnImage));
     // Of the version before, and of one to come with a class table.
@@ -158,7 +158,7 @@ fn the_greatest_of_each_limit_is_accepted() {
 }
 
 #[test]
-fn a_program_leaves_nothing_to_the_next() {
+fn the_next_program_starts_with_clean_state() {
     let plain = ImageParts::new(&[&[0, 0, END]]);
     let mut with_libraries = plain.clone();
     with_libraries.form |= FORM_LIBRARIES;
@@ -306,7 +306,7 @@ fn forward_jumps_meet_at_one_depth() {
 }
 
 #[test]
-fn backward_jumps_lead_behind_a_jump() {
+fn backward_jumps_lead_to_the_place_after_a_jump() {
     // JUMP to the condition, body, condition, jump back to the body.
     assert_eq!(check(2, &[JUMP, 2, NIL, POP, NIL, JUMP_TRUE, 0xfb, END]), Ok(()));
     // To the JUMP itself, to the middle of the body.
@@ -322,7 +322,7 @@ fn backward_jumps_lead_behind_a_jump() {
 }
 
 #[test]
-fn a_jump_target_behind_a_jump_has_the_depth_of_the_forward_jump() {
+fn a_jump_target_after_a_jump_has_the_depth_of_the_forward_jump() {
     // The place behind the JUMP is reached by a forward jump at depth 1 only; the code there pops. A backward jump
     // to it at depth 0, the depth of the JUMP, must be refused.
     let code = [
@@ -336,7 +336,7 @@ fn a_jump_target_behind_a_jump_has_the_depth_of_the_forward_jump() {
 }
 
 #[test]
-fn its_memory_is_the_arena() {
+fn the_verifier_uses_the_arena_as_memory() {
     // More pending jumps than the arena has slots.
     let jumps: Vec<u8> = (0..70).flat_map(|_| [NIL, JUMP_FALSE | WIDE, 250, 0]).collect();
     let code = [&jumps[..], &[NIL, POP].repeat(200), &[END]].concat();

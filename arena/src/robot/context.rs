@@ -119,7 +119,7 @@ fn kept(image: &[u8]) -> KeptImage {
 /// but remains too long.
 fn padded(image: &[u8]) -> KeptImage {
     let bytes = Box::leak(Box::new([0; IMAGE_BYTES]));
-    let length = image.len().min(KeptImage::MOST);
+    let length = image.len().min(KeptImage::LENGTH_MAX);
     bytes[..length].copy_from_slice(&image[..length]);
     FlashArea::new(bytes, length).expect("the length is at most that of a flash area")
 }

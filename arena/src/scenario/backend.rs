@@ -100,7 +100,7 @@ pub fn image(
         return found;
     };
     let text = entry.string()?;
-    match folder.file(text, Some(file::MOST_PROGRAM)) {
+    match folder.file(text, Some(file::PROGRAM_BYTES_MAX)) {
         Ok(path) => Some(path),
         Err(reason) => {
             entry.fail(unusable(text, reason));

@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::include::{FileKind, Files};
-use bittybuzz_toml_reader::file::{MOST_TEXT, ReadError};
+use bittybuzz_toml_reader::file::{ReadError, TEXT_BYTES_MAX};
 
 /// A folder on disk or in memory.
 #[derive(Clone, Copy)]
@@ -43,9 +43,9 @@ pub fn read_text(files: &dyn Files, path: &Path) -> Result<String, ReadError> {
         FileKind::Stream => return Err(ReadError::NotAFile("a device or a pipe")),
         FileKind::File { .. } => {}
     }
-    let bytes = files.read(path, MOST_TEXT as usize)?;
-    if bytes.len() as u64 > MOST_TEXT {
-        return Err(ReadError::TooLarge { limit: MOST_TEXT });
+    let bytes = files.read(path, TEXT_BYTES_MAX as usize)?;
+    if bytes.len() as u64 > TEXT_BYTES_MAX {
+        return Err(ReadError::TooLarge { limit: TEXT_BYTES_MAX });
     }
     String::from_utf8(bytes).map_err(|_| ReadError::NotText)
 }

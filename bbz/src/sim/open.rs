@@ -51,8 +51,8 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
     let SimArguments { scenario: path, include, .. } = arguments;
     // An unreadable file is a mistake of the command line; wrong content is a mistake of the
     // scenario.
-    let text =
-        file::read_text(path, file::MOST_TEXT).map_err(|error| FileError::reading(path, error))?;
+    let text = file::read_text(path, file::TEXT_BYTES_MAX)
+        .map_err(|error| FileError::reading(path, error))?;
     let folder = path.parent().expect("a path of a file that was read has a name");
     let scenario = match Scenario::parse(
         &text,

@@ -167,7 +167,7 @@ impl TracedEmulation<'_> {
 
     /// Reads the texts of the firmware's messages.
     fn table(&self) -> Result<Table, Box<dyn Problem>> {
-        let bytes = file::read(self.firmware, file::MOST_PROGRAM)
+        let bytes = file::read(self.firmware, file::PROGRAM_BYTES_MAX)
             .map_err(|error| FileError::reading(self.firmware, error))?;
         match Table::parse(&bytes) {
             Ok(Some(table)) => Ok(table),

@@ -152,7 +152,7 @@ fn count_all<P: Profile, C: ByteCode>(
 /// Brings all neighbors into sight, with their messages waiting.
 fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut BenchHost<P>) {
     for (robot, distance) in (FIRST_NEIGHBOR..).zip(&robot.distances) {
-        vm.meet(robot, &Sighting::at(*distance), u8::MAX);
+        vm.add_neighbor(robot, &Sighting::at(*distance), u8::MAX);
     }
     robot.coming = NEIGHBORS;
     let Some(sent) = robot.frames.first().copied() else { return };

@@ -73,7 +73,7 @@ impl NotFound {
         let nearby = folders.iter().flat_map(|folder| loader.files.names(&folder.join(parent)));
         let nearby = nearby.map(|file| parent.join(file).display().to_string());
         let shipped = loader.library.iter().map(|(file, _)| (*file).to_owned());
-        let suggestion = likely(&name.display().to_string(), nearby.chain(shipped));
+        let suggestion = most_similar(&name.display().to_string(), nearby.chain(shipped));
         NotFound { searched, suggestion }
     }
 
@@ -95,7 +95,7 @@ impl NotFound {
 }
 
 /// Returns the candidate that is most similar to `name`, if one is similar enough.
-fn likely(name: &str, candidates: impl Iterator<Item = String>) -> Option<String> {
+fn most_similar(name: &str, candidates: impl Iterator<Item = String>) -> Option<String> {
     let stem = |file: &str| file.trim_end_matches(".bzz").to_lowercase();
     let wanted = stem(name);
     let scored = candidates.filter(|file| file.ends_with(".bzz")).map(|file| {

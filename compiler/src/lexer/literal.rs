@@ -115,7 +115,7 @@ impl Lexer<'_> {
         let help = format!("write `{number}`");
         let message = format!("the second point of `{number}.` means nothing");
         self.report(DiagnosticCode::SecondPoint, message, &help);
-        self.mend(number);
+        self.suggest_edit(number);
     }
 
     fn out_of_range(&mut self, how: &str) {
@@ -167,14 +167,14 @@ impl Lexer<'_> {
                 }
             }
         }
-        if holds_newline && !self.is_behind_parameters() {
+        if holds_newline && !self.follows_parameters() {
             self.multi_line_strings.push(opening);
         }
         self.push(TokenKind::Str(value));
     }
 
     /// Returns true after `function name(parameters)`, where a docstring may stand.
-    fn is_behind_parameters(&self) -> bool {
+    fn follows_parameters(&self) -> bool {
         let mut before = self.tokens.iter().rev().map(|token| &token.kind);
         if before.next() != Some(&TokenKind::Fixed(FixedToken::CloseParen)) {
             return false;

@@ -109,7 +109,7 @@ impl Lexer<'_> {
              a division of integers is `/`",
         );
         if is_line {
-            self.mend("#");
+            self.suggest_edit("#");
         }
         self.position = end;
         true
@@ -127,7 +127,7 @@ impl Lexer<'_> {
         );
         // `x += 1` and `a .. b` need more than another operator, so there is no edit.
         if (meant != FixedToken::Assign || text == ":=") && meant != FixedToken::Plus {
-            self.mend(meant.text());
+            self.suggest_edit(meant.text());
         }
         self.push_fixed(meant);
         true
@@ -152,7 +152,7 @@ impl Lexer<'_> {
             "strings stand in straight quotes, `\"` or `'`",
         );
         if closed {
-            self.mend(&format!("\"{content}\""));
+            self.suggest_edit(&format!("\"{content}\""));
         }
         self.push(if closed { TokenKind::Str(content.to_owned()) } else { TokenKind::Error });
     }

@@ -226,10 +226,10 @@ impl Parser<'_> {
             return false;
         };
         let (first, second) = (self.token(), self.token_at(self.position + 1));
-        let behind = self.token_at(self.position + 2);
+        let following = self.token_at(self.position + 2);
         let touching = first.span.end == second.span.start && !first.is_separated();
-        let ends_here = behind.is_separated()
-            || match behind.kind {
+        let ends_here = following.is_separated()
+            || match following.kind {
                 TokenKind::FileEnd => true,
                 TokenKind::Fixed(fixed) => matches!(
                     fixed,

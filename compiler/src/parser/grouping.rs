@@ -161,7 +161,7 @@ impl Parser<'_> {
     /// Returns the text of `whole` with parentheses around the part `first`, unless the text is too
     /// long to help.
     fn with_parentheses(&self, whole: Span, first: Span) -> Option<String> {
-        const LONGEST: usize = 60;
+        const REPLACEMENT_BYTES_MAX: usize = 60;
         let part = |start, end| self.sources.text(Span { start, end, ..whole });
         let text = format!(
             "{}({}){}",
@@ -169,7 +169,7 @@ impl Parser<'_> {
             part(first.start, first.end),
             part(first.end, whole.end)
         );
-        (text.len() <= LONGEST && !text.contains(['\n', '#'])).then_some(text)
+        (text.len() <= REPLACEMENT_BYTES_MAX && !text.contains(['\n', '#'])).then_some(text)
     }
 }
 

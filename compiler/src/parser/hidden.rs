@@ -121,7 +121,7 @@ fn defined(tokens: &[Token]) -> BTreeSet<String> {
     };
     for (position, token) in tokens.iter().enumerate() {
         let before = position.checked_sub(1).and_then(|before| fixed(&tokens[before]));
-        let behind = tokens.get(position + 1).and_then(fixed);
+        let following = tokens.get(position + 1).and_then(fixed);
         match fixed(token) {
             Some(FixedToken::Function) => is_in_parameters = true,
             Some(FixedToken::CloseParen | FixedToken::OpenBrace) => is_in_parameters = false,
@@ -130,7 +130,7 @@ fn defined(tokens: &[Token]) -> BTreeSet<String> {
         if let Some(name) = name(token)
             && (is_in_parameters
                 || matches!(before, Some(FixedToken::Var))
-                || matches!(behind, Some(FixedToken::Assign)))
+                || matches!(following, Some(FixedToken::Assign)))
         {
             names.insert(name.to_owned());
         }

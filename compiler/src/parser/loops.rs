@@ -161,16 +161,16 @@ impl Parser<'_> {
     /// Reports `for(x in t)` and `for(k, v in t)` of other languages.
     fn reject_for_in(&mut self) -> Parse<()> {
         let key_end = self.position + 1;
-        let behind = match self.fixed_at(key_end) {
+        let following = match self.fixed_at(key_end) {
             Some(FixedToken::Comma) => key_end + 2,
             _ => key_end,
         };
-        if self.name_at(self.position).is_none() || self.name_at(behind) != Some("in") {
+        if self.name_at(self.position).is_none() || self.name_at(following) != Some("in") {
             return Ok(());
         }
         let diagnostic = Diagnostic::new(
             DiagnosticCode::ForeignWord,
-            self.token_at(behind).span,
+            self.token_at(following).span,
             "Buzz has no `for ... in`",
         )
         .help("visit a table with `foreach(t, function(key, value) { ... })`");

@@ -20,7 +20,7 @@ fn false_messages(script: &Script) -> Vec<String> {
 }
 
 #[test]
-fn no_known_name_is_called_unknown() {
+fn known_names_are_not_reported_as_unknown() {
     let examples = scripts_under("examples");
     assert!(examples.len() > 30, "{}", examples.len());
     let found: Vec<String> = examples.iter().flat_map(false_messages).collect();

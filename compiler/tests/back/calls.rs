@@ -150,7 +150,7 @@ fn functions_exist_before_the_first_line_and_can_be_replaced() {
 }
 
 #[test]
-fn what_nothing_uses_is_not_in_the_image() {
+fn unused_functions_are_not_in_the_image() {
     let (with, _) = image("function unused(a) { return a * 2 } log(1)", FULL);
     let (without, _) = image("log(1)", FULL);
     assert_eq!(with.len(), without.len());

@@ -94,7 +94,7 @@ fn comparisons_with_nan_are_false_and_stay_so_when_negated() {
 }
 
 #[test]
-fn dead_branches_are_gone_but_were_checked() {
+fn dead_branches_are_checked_but_not_generated() {
     let (bytes, symbols) =
         image("if(0) log(\"never\") else led(1)\nwhile(0) { motors(1, 2) }", TINY);
     assert!(!listing(&bytes, &symbols).contains("motors"));
@@ -104,7 +104,7 @@ fn dead_branches_are_gone_but_were_checked() {
 }
 
 #[test]
-fn code_behind_a_return_brings_nothing_into_the_image() {
+fn code_after_a_return_is_not_in_the_image() {
     let script = "function f() { return 1  motors(1, 2) } log(f())";
     let (_, symbols) = image(script, FULL);
     assert_eq!(symbols.imports, [""; 0]);

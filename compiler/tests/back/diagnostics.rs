@@ -175,7 +175,7 @@ fn no_code_of_the_back_end_is_untested() {
 }
 
 #[test]
-fn what_is_right_gets_no_message() {
+fn correct_scripts_have_no_diagnostics() {
     let scripts = [
         "x = nil if(x == nil) log(1)",
         "x = 1 < nil y = nil >= \"a\" z = \"a\" < \"b\" w = 1 == 1.0",
@@ -341,7 +341,7 @@ fn limits() {
 }
 
 #[test]
-fn keywords_have_small_letters() {
+fn keywords_are_lowercase() {
     let help = |script: &str| {
         let found = build(script, FULL).diagnostics;
         found.into_iter().find_map(|d| d.help).unwrap_or_default()
@@ -377,7 +377,7 @@ fn constants_are_computed_with_the_numbers_of_the_robot() {
 }
 
 #[test]
-fn syntax_errors_hide_no_other_messages_but_bring_no_false_ones() {
+fn syntax_errors_hide_no_other_diagnostics_and_cause_no_false_ones() {
     let others = |script: &str| -> Vec<(&'static str, String)> {
         let found = messages(script);
         assert!(found.iter().any(|(code, _)| code.starts_with("E0")), "{script}");

@@ -83,20 +83,20 @@ fn classes_of_values_that_are_sent() {
 }
 
 #[test]
-fn symbols_of_another_image_do_no_harm() {
+fn symbols_of_another_image_are_ignored() {
     let (bytes, _) = image(SCRIPT, FULL);
     let (_, other) = image("x = 1", TINY);
     assert!(disassemble(&bytes, Some(&other)).contains("CALL_ROBOT"));
 }
 
 #[test]
-fn what_is_no_image_is_said_to_be_none() {
+fn bytes_without_an_image_are_reported() {
     assert!(disassemble(&[], None).starts_with("not an image"));
     assert!(disassemble(b"hello, world", None).starts_with("not an image"));
 }
 
 #[test]
-fn overlapping_functions_are_not_listed_again_and_again() {
+fn overlapping_functions_are_listed_once() {
     let (mut bytes, _) = image("function step() { log(1) } function init() { log(2) }", TINY);
     let table = usize::from(Image::new(bytes.as_slice()).header().unwrap().functions_at());
     // The second of three functions starts behind the end of the image.

@@ -79,7 +79,7 @@ fn fault(image: &[u8], slots: usize) -> Result<(), FaultCode> {
 }
 
 #[test]
-fn what_a_script_needs_is_what_the_machine_needs() {
+fn computed_memory_equals_the_memory_that_the_machine_needs() {
     let mut robot = with_slots(0);
     for script in SCRIPTS {
         let (image, _) = image(script, TINY);
@@ -96,7 +96,7 @@ fn what_a_script_needs_is_what_the_machine_needs() {
 }
 
 #[test]
-fn too_many_globals_are_told_with_the_first_of_them() {
+fn too_many_globals_are_reported_at_the_first_that_does_not_fit() {
     // 16 slots beside the globals.
     let script = "a = 1 b = 2\nc = a + b\nd = c";
     assert_eq!(codes(script, with_slots(20)), [""; 0]);
@@ -109,7 +109,7 @@ fn too_many_globals_are_told_with_the_first_of_them() {
 }
 
 #[test]
-fn too_deep_calls_are_told_with_their_way() {
+fn too_deep_calls_are_reported_with_the_call_path() {
     let script = SCRIPTS[9];
     assert_eq!(codes(script, with_slots(22)), [""; 0]);
     let errors = diagnostics(script, with_slots(17));
@@ -121,7 +121,7 @@ fn too_deep_calls_are_told_with_their_way() {
 }
 
 #[test]
-fn a_circle_of_calls_counts_once() {
+fn recursive_calls_count_once() {
     let script = "
         function even(n) { var a = n var b = n var c = n var d = n if(n == 0) return a return d + b + odd(n - 1) + c }
         function odd(n) { var a = n var b = n var c = n var d = n if(n == 0) return a return d + b + even(n - 1) + c }
@@ -134,7 +134,7 @@ fn a_circle_of_calls_counts_once() {
 }
 
 #[test]
-fn bytes_of_any_kind_are_taken() {
+fn capacity_checks_accept_any_bytes() {
     let (image, _) = image(SCRIPTS[4], TINY);
     let robot = with_slots(30);
     for at in 0..image.len() {

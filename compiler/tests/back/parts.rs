@@ -91,7 +91,7 @@ fn long_messages_are_those_that_may_need_several_frames() {
 }
 
 #[test]
-fn a_missing_part_is_told_where_it_is_used_first() {
+fn a_missing_part_is_reported_at_its_first_use() {
     let script = "x = 1\nfunction step() {\n  neighbors.broadcast(\"a\", x)\n  v.put(1, x)\n}\nv = stigmergy.create(1)";
     let few = Parts::of(&[Part::Libraries]);
     let lacking = robot(|robot| robot.parts = few);
@@ -199,7 +199,7 @@ fn play_on_few(script: &[u8], name: &str) -> Vec<Vec<Event>> {
 }
 
 #[test]
-fn a_machine_with_these_parts_does_what_the_whole_one_does() {
+fn a_machine_with_the_used_parts_behaves_like_a_complete_one() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/kilobot");
     let files = fs::read_dir(folder).expect("examples").map(|entry| entry.expect("a file").path());
     let files = files.filter(|path| path.extension().is_some_and(|extension| extension == "bzz"));

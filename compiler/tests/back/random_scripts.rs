@@ -97,7 +97,7 @@ proptest! {
 
     /// The first line makes ordinary variables of what is else called directly, so it takes away what the compiler knows.
     #[test]
-    fn knowing_more_changes_nothing(script in script()) {
+    fn optimizations_do_not_change_results(script in script()) {
         let blind = format!("{script}\nstep = step named = named math = math isnil = isnil log = log");
         for profile in [TINY, FULL] {
             if build(&script, profile).image.is_none() {
@@ -124,7 +124,7 @@ proptest! {
     }
 
     #[test]
-    fn the_verifier_takes_every_image(script in script()) {
+    fn the_verifier_accepts_every_compiled_image(script in script()) {
         for profile in [TINY, FULL] {
             let compiled = build(&script, profile);
             let internal = compiled.diagnostics.iter().find(|d| d.code.text() == "E0699");

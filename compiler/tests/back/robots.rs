@@ -52,7 +52,7 @@ fn a_guard_leaves_out_what_the_robot_lacks() {
 }
 
 #[test]
-fn what_is_no_guard_does_not_hide_the_error() {
+fn other_conditions_do_not_hide_the_error() {
     let scripts = [
         "goto(1, 2)",
         "if(isnil(goto)) goto(1, 2)",
@@ -103,7 +103,7 @@ fn the_robot_chooses_the_profile_unless_one_is_named() {
 }
 
 #[test]
-fn the_name_of_a_robot_function_can_be_taken() {
+fn a_script_can_define_the_name_of_a_robot_function() {
     assert_eq!(output("led = function(x) { log(\"my \", x) } led(1)"), "my 1\n");
     // Until it is assigned it is the robot's.
     assert_eq!(output("old = led led = function(x) { old(x + 1) } led(1)"), "led(2)\n");
@@ -118,7 +118,7 @@ fn the_name_of_a_robot_function_can_be_taken() {
 }
 
 #[test]
-fn argument_lists_of_any_known_robot_are_taken_without_a_named_one() {
+fn without_a_named_robot_the_argument_lists_of_all_robots_are_accepted() {
     assert_eq!(codes(&build_for("led(1, 1)", FULL, None)), [""; 0]);
     assert_eq!(codes(&build_for("led(1, 1)", FULL, Some("crazyflie"))), [""; 0]);
     assert_eq!(codes(&build_for("led(1, 1)", TINY, Some("kilobot"))), ["E0404"]);
@@ -173,7 +173,7 @@ fn build_for_talker(script: &str) -> Compiled {
 }
 
 #[test]
-fn a_repeated_parameter_takes_any_number_of_arguments() {
+fn a_repeated_parameter_accepts_any_number_of_arguments() {
     let many = format!("say({})", ["1"; 127].join(", "));
     let right = ["say()", "say(1)", "say(1, \"a\", {}, nil)", "play(\"drum\")", &many];
     for script in right {

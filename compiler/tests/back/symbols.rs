@@ -63,7 +63,7 @@ fn functions_have_names() {
 }
 
 #[test]
-fn json_there_and_back() {
+fn symbols_survive_json() {
     let (_, symbols) =
         image("t = { .key = \"text \\\"quoted\\\"\" } led(1) function step() { log(t) }", TINY);
     let json = symbols.to_json();
@@ -104,7 +104,7 @@ fn bad_locals_are_refused() {
 }
 
 #[test]
-fn an_empty_table_knows_nothing() {
+fn empty_symbols_have_no_names() {
     let (_, mut symbols) = image("x = 1", FULL);
     symbols.lines.clear();
     symbols.functions.clear();

@@ -188,7 +188,7 @@ fn function_with_two_possible_numbers_of_parameters_is_refused() {
 }
 
 #[test]
-fn functions_that_nothing_calls_are_no_problem() {
+fn uncalled_functions_are_imported() {
     let script = "function unused(a) { return function() { return a } }
                   t = {.unused = function(a) { return function() { return a } }}
                   record(1)";
@@ -207,7 +207,7 @@ fn lambda_of_global_code() {
 }
 
 #[test]
-fn lambda_of_a_top_level_block_is_doubtful() {
+fn lambda_of_a_top_level_block_is_a_warning() {
     // With braces the reference compiler numbers the parameter 0, which its machine takes for self.
     let bytes =
         reference::compile(&parse_script("script.bzz", "if(1) { g = function(a) { return a } }"));
@@ -247,7 +247,7 @@ fn parameter_with_the_name_of_a_captured_local() {
 }
 
 #[test]
-fn locals_of_no_compiler() {
+fn locals_that_no_compiler_writes_are_refused() {
     let with_body = |body: &str| {
         assemble(&format!(
             "!1 / 'f / pushs 0 / pushcn @f / gstore / nop / done / @f / {body} / ret0"

@@ -363,7 +363,7 @@ fn mnemonic(op: BinaryOp) -> &'static str {
 
 /// Nothing that this file makes may be used before it makes what the real compiler makes.
 #[test]
-fn makes_what_the_reference_compiler_made() {
+fn reference_compiler_writes_the_known_vectors() {
     for vector in crate::bo::vectors::ALL {
         let parsed = crate::bo::machine::parse_script("vector.bzz", vector.script);
         assert!(!parsed.has_errors(), "{}", vector.script);

@@ -39,7 +39,7 @@ const WITHOUT_EXAMPLE: [&str; 9] =
     ["E0602", "E0603", "E0604", "E0605", "E0606", "E0607", "E0608", "E0609", "E0699"];
 
 #[test]
-fn sections_say_what_it_means_and_how_to_mend_it() {
+fn sections_explain_the_meaning_and_the_fix() {
     for code in explained().filter(|code| !WITHOUT_EXAMPLE.contains(&code.text())) {
         let (before, _, after) = parts(code);
         assert!(before.lines().count() > 2, "{}: what it means", code.text());
@@ -57,7 +57,7 @@ fn examples_give_the_code_that_they_explain() {
 }
 
 #[test]
-fn explain_takes_any_case_and_knows_no_other_codes() {
+fn explain_ignores_case_and_refuses_unknown_codes() {
     assert_eq!(explain("e0101"), explain("E0101"));
     assert!(explain("E0101").is_some_and(|text| !text.contains("E0102")));
     for unknown in ["", "E", "E9999", "0101", "Diagnostics", "E0101 —"] {

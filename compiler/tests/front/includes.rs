@@ -33,7 +33,7 @@ fn statements_of_the_file_stand_in_the_place_of_the_include() {
 }
 
 #[test]
-fn a_statement_does_not_run_on_out_of_a_file() {
+fn a_statement_ends_with_its_file() {
     let files = MemoryFiles::default().with("a.bzz", "a = b");
     let parsed = parse_at("main.bzz", "include 'a.bzz'\nf(1)\n", &files);
     assert_eq!(tree(&parsed), "(= a b) f(1)");
@@ -122,7 +122,7 @@ fn the_library_includes_itself() {
 }
 
 #[test]
-fn a_missing_file_tells_where_it_was_searched_and_what_is_like_it() {
+fn a_missing_file_names_the_searched_folders_and_similar_files() {
     let files = MemoryFiles::default().with("scripts/formation.bzz", "").with("inc/x.bzz", "");
     let library = [("vec2.bzz", "")];
     let loader = IncludeLoader {

@@ -224,7 +224,7 @@ fn operators_of_other_languages() {
 }
 
 #[test]
-fn what_looks_like_an_increment_may_be_a_sum() {
+fn two_plus_signs_may_be_a_sum() {
     expect_value("a ++b", "(+ a (+ b))");
     expect_value("a--b", "(- a (- b))");
     expect_value("1--1", "(- 1 -1)");

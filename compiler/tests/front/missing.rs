@@ -36,7 +36,7 @@ fn calls_of_names_that_nothing_defines() {
 }
 
 #[test]
-fn what_script_or_language_define_is_not_missing() {
+fn names_of_the_script_and_the_language_are_not_missing() {
     for text in [
         "function led(x) { return x } led(1)",
         "led = function(x) { return x } led(1)",
@@ -52,7 +52,7 @@ fn what_script_or_language_define_is_not_missing() {
 }
 
 #[test]
-fn the_table_of_positions_is_noticed() {
+fn use_of_the_position_table_is_detected() {
     for (text, has_position) in [
         ("log(pos.x)", true),
         ("if(pos) log(1)", true),

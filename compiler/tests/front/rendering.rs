@@ -28,7 +28,7 @@ error[E0219]: an assignment is no condition
 }
 
 #[test]
-fn warnings_say_so() {
+fn warnings_are_labeled() {
     let parsed = parse_text("if(not a and b) {}");
     let text = text(&parsed, 0);
     assert!(text.starts_with("warning[W0104]: "), "{text}");
@@ -84,7 +84,7 @@ fn included_files_are_named() {
 }
 
 #[test]
-fn color_is_asked_for() {
+fn color_is_optional() {
     let parsed = parse_text("x = = 1");
     let renderer = Renderer::new(&parsed.sources);
     assert!(!renderer.text(&parsed.diagnostics[0], ColorChoice::Never).contains('\u{1b}'));
@@ -111,7 +111,7 @@ fn marked(text: &str, character: char) -> (usize, Option<char>) {
 }
 
 #[test]
-fn of_long_lines_the_part_around_the_place_is_shown() {
+fn long_lines_show_the_part_around_the_place() {
     for filling in [" ", "\t", "1 + ", "'ä' + "] {
         let before = filling.repeat(2000);
         let parsed = parse_text(&format!("x = {before}= 1{}\ny = 2", " ".repeat(2000)));
@@ -148,7 +148,7 @@ fn a_long_mark_in_a_long_line_is_cut() {
 }
 
 #[test]
-fn of_lines_without_end_only_the_place_is_named() {
+fn very_long_lines_show_only_the_place() {
     let parsed = parse_text(&format!("x = {}= 1", " ".repeat(100_000)));
     let text = text(&parsed, 0);
     assert!(text.len() < 300, "{}", text.len());

@@ -96,7 +96,7 @@ fn compile_and_run(robot: &Robot, folder: &Path) -> io::Result<String> {
 }
 
 #[test]
-fn generated_source_compiles_and_says_the_same() {
+fn generated_source_compiles_to_the_values_of_the_robot_file() {
     for robot in all_shipped() {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(&robot.name);
         for on_fault in [OnFault::Restart, OnFault::Stop] {

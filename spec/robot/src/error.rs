@@ -4,7 +4,7 @@ use std::fmt;
 
 use bittybuzz_toml_reader::{self as toml_reader, FileError, Place, TomlError, file, one_of};
 
-use crate::signature::{MAX_PARAMETERS, SignatureType};
+use crate::signature::{PARAMETERS_MAX, SignatureType};
 
 /// A mistake in a robot file.
 pub type RobotError = FileError<RobotFileCause>;
@@ -208,7 +208,7 @@ impl fmt::Display for RobotFileCause {
                 )
             }
             RobotFileCause::TooManyParameters => {
-                write!(f, "a list cannot have more than {MAX_PARAMETERS} entries")
+                write!(f, "a list cannot have more than {PARAMETERS_MAX} entries")
             }
             RobotFileCause::UnknownType { name } => write!(f, "there is no type `{name}`"),
             RobotFileCause::NoFields => write!(f, "the table has no fields"),

@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbouring_regions_do_not_overlap() {
+    fn neighboring_regions_do_not_overlap() {
         let region = |address, size| Region { address, size };
         assert!(!region(0, 4).overlaps(region(4, 4)) && !region(4, 4).overlaps(region(0, 4)));
         assert!(region(0, 5).overlaps(region(4, 4)) && region(4, 4).overlaps(region(0, 5)));

@@ -6,7 +6,7 @@ use std::fmt;
 use std::ops::Range;
 
 /// The largest number of parameters of a robot function.
-pub const MAX_PARAMETERS: usize = 7;
+pub const PARAMETERS_MAX: usize = 7;
 
 /// The type of a parameter, a result or a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -124,7 +124,7 @@ pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
         if list.iter().any(|other| other.name == name) {
             return fail(RobotFileCause::RepeatedParameter { name: name.to_owned() });
         }
-        if list.len() == MAX_PARAMETERS {
+        if list.len() == PARAMETERS_MAX {
             return fail(RobotFileCause::TooManyParameters);
         }
         if let Some(previous) = list.last().filter(|previous| previous.is_repeated) {

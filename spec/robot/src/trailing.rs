@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_section_is_found_behind_any_program() {
+    fn a_section_is_found_after_any_program() {
         let section = script_section(Parts::from_bits(0x105), b"an image").unwrap();
         assert_eq!(section, b"bbz\x02\x05\x01\x08\x00an image");
         for length in 0..40 {
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_program_with_one_script_is_refused() {
+    fn programs_without_exactly_one_script_are_refused() {
         let section = script_section(Parts::NONE, b"an image").unwrap();
         assert_eq!(find_script_section(b"bbz"), Err(NoSection::Missing));
         assert_eq!(find_script_section(&[]), Err(NoSection::Missing));

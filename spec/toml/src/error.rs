@@ -3,7 +3,7 @@
 use std::fmt;
 
 /// The largest number of mistakes that are kept for a file.
-pub const LIMIT: usize = 100;
+pub const MISTAKES_MAX: usize = 100;
 
 /// The largest number of names in a help text.
 const LISTED: usize = 24;
@@ -47,7 +47,7 @@ pub enum TomlError {
     Length { key: String, expected: &'static str, found: usize },
     /// An override for an entry of a list that does not exist.
     NoSuchEntry { path: String, count: usize },
-    /// More mistakes than [`LIMIT`].
+    /// More mistakes than [`MISTAKES_MAX`].
     More { count: usize },
 }
 
@@ -121,7 +121,7 @@ impl TomlError {
 /// Returns help for an unknown name: the likely name if there is one, else the known names. Only
 /// the first word of forms such as `global.NAME` and `distance(X, Y)` is compared.
 pub fn one_of<T: AsRef<str>>(name: &str, known: &[T]) -> String {
-    if let Some(likely) = likely(name, known) {
+    if let Some(likely) = nearest_name(name, known) {
         return format!("did you mean `{likely}`?");
     }
     let listed: Vec<&str> = known.iter().map(T::as_ref).take(LISTED).collect();
@@ -132,7 +132,7 @@ pub fn one_of<T: AsRef<str>>(name: &str, known: &[T]) -> String {
 }
 
 /// Returns the known name that was probably meant.
-pub(crate) fn likely<'a, T: AsRef<str>>(name: &str, known: &'a [T]) -> Option<&'a str> {
+pub(crate) fn nearest_name<'a, T: AsRef<str>>(name: &str, known: &'a [T]) -> Option<&'a str> {
     let length = name.chars().count();
     let most = length.max(3) / 3;
     let distance = |known: &str| {

@@ -6,21 +6,21 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// The limit for a text that people write, in bytes: scenarios, robot files.
-pub const MOST_TEXT: u64 = 4 << 20;
+pub const TEXT_BYTES_MAX: u64 = 4 << 20;
 
 /// The limit for a file that a compiler made of a script, in bytes: images, symbols, Buzz object
 /// files.
-pub const MOST_COMPILED: u64 = 64 << 20;
+pub const COMPILED_BYTES_MAX: u64 = 64 << 20;
 
 /// The limit for a program with the data of debuggers, in bytes: ELF, Intel hex.
-pub const MOST_PROGRAM: u64 = 256 << 20;
+pub const PROGRAM_BYTES_MAX: u64 = 256 << 20;
 
 /// The limit for a recording of `bbz sim`, in bytes: three hours of 20,000 robots that all move,
 /// with a sample each second.
-pub const MOST_RECORDING: u64 = 1 << 30;
+pub const RECORDING_BYTES_MAX: u64 = 1 << 30;
 
 /// The largest number of symbolic links that are followed, as in Linux.
-const MOST_LINKS: usize = 40;
+const LINKS_MAX: usize = 40;
 
 /// A reason why a file cannot be read, without its name.
 #[derive(Debug)]
@@ -98,7 +98,7 @@ pub fn open(path: &Path) -> Result<File, ReadError> {
 /// process was started.
 pub fn is_given_stream(path: &Path) -> bool {
     let mut path = PathBuf::from(path);
-    for _ in 0..MOST_LINKS {
+    for _ in 0..LINKS_MAX {
         let streams = ["/dev/fd", "/proc/self/fd"];
         if path == Path::new("/dev/stdin") || streams.iter().any(|folder| path.starts_with(folder))
         {
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn messages_name_the_limit() {
-        let error = ReadError::TooLarge { limit: MOST_TEXT };
+        let error = ReadError::TooLarge { limit: TEXT_BYTES_MAX };
         assert_eq!(error.to_string(), "it has more than 4 MiB, the limit for such a file");
     }
 }

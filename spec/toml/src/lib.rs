@@ -6,7 +6,7 @@
 //! * A mistake has a place (file, line, column) and, if one is known, a correction. A misspelled
 //!   key or word gets the likely one as help.
 //! * A file is refused rather than guessed at: unknown keys, missing keys and numbers out of range are mistakes.
-//! * The work is linear in the size of the file, and at most [`LIMIT`] mistakes are kept. The last
+//! * The work is linear in the size of the file, and at most [`MISTAKES_MAX`] mistakes are kept. The last
 //!   one has the number of further mistakes.
 //!
 //! # Use
@@ -30,7 +30,7 @@ mod section;
 mod unclosed;
 
 pub use entry::{TomlEntry, number_text};
-pub use error::{Cause, FileError, LIMIT, TomlError, one_of};
+pub use error::{Cause, FileError, MISTAKES_MAX, TomlError, one_of};
 pub use place::{Place, SourceText};
 pub use reader::{Override, Reader, Schema, read};
 pub use section::Section;

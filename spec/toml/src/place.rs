@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// The longest part of a line that a place shows, in bytes. Generated files have lines of megabytes.
-const LONGEST_EXCERPT: usize = 400;
+const EXCERPT_BYTES_MAX: usize = 400;
 
 /// Bytes before the place that an excerpt of a long line shows.
 const BEFORE: usize = 100;
@@ -64,10 +64,10 @@ impl<'a> SourceText<'a> {
         };
         let end = self.boundary_before(span.end.clamp(at, line_end.max(at)));
         let (from, to) = match line_end - line_start {
-            0..=LONGEST_EXCERPT => (line_start, line_end),
+            0..=EXCERPT_BYTES_MAX => (line_start, line_end),
             _ => {
                 let from = self.boundary_before(at.saturating_sub(BEFORE).max(line_start));
-                (from, self.boundary_before(line_end.min(from + LONGEST_EXCERPT)))
+                (from, self.boundary_before(line_end.min(from + EXCERPT_BYTES_MAX)))
             }
         };
         let count = |range: Range<usize>| {

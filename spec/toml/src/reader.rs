@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{Cause, FileError, LIMIT, TomlError};
+use crate::error::{Cause, FileError, MISTAKES_MAX, TomlError};
 use crate::place::{Place, SourceText};
 use crate::section::Section;
 use crate::unclosed::{self, Unclosed};
@@ -98,12 +98,12 @@ impl<C: Cause> Reader<'_, C> {
     /// Returns true if further mistakes are only counted, so that the caller need not build an
     /// expensive cause.
     pub fn is_full(&self) -> bool {
-        self.mistakes.borrow().kept.len() >= LIMIT
+        self.mistakes.borrow().kept.len() >= MISTAKES_MAX
     }
 
     pub(crate) fn note(&self, cause: impl Into<C>, place: impl FnOnce() -> Option<Place>) {
         let mut mistakes = self.mistakes.borrow_mut();
-        if mistakes.kept.len() >= LIMIT {
+        if mistakes.kept.len() >= MISTAKES_MAX {
             mistakes.more += 1;
             return;
         }

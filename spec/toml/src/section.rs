@@ -129,7 +129,7 @@ impl<'a, C: Cause> Section<'a, C> {
     fn is_misspelled(&self, key: &'static str) -> bool {
         let known = (self.reader.schema)(self.name);
         let mut unknown = self.unknown_keys(&known).into_iter();
-        unknown.any(|unknown| error::likely(unknown.get_ref(), &known) == Some(key))
+        unknown.any(|unknown| error::nearest_name(unknown.get_ref(), &known) == Some(key))
     }
 
     /// Returns the number of a key, if it is there ([`TomlEntry::number`]).

@@ -85,13 +85,13 @@ fn every_syntax_error_is_reported() {
 fn mistakes_beyond_the_limit_are_counted() {
     let text: String = (0..200_000).map(|number| format!("key{number} = 1\n")).collect();
     let found = errors(&text);
-    assert_eq!(found.len(), LIMIT + 1);
+    assert_eq!(found.len(), MISTAKES_MAX + 1);
     let last = found.last().unwrap();
     // Two keys are missing, too.
-    assert_eq!(last.to_string(), format!("{} more mistakes are not shown", 200_002 - LIMIT));
+    assert_eq!(last.to_string(), format!("{} more mistakes are not shown", 200_002 - MISTAKES_MAX));
     assert_eq!(last.place, None);
     let read = place::BYTES_READ.get();
-    assert!((1..LIMIT * 40).contains(&read), "{read} bytes for lines of up to 14");
+    assert!((1..MISTAKES_MAX * 40).contains(&read), "{read} bytes for lines of up to 14");
 }
 
 #[test]

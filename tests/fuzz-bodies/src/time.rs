@@ -127,7 +127,7 @@ fn measure<P: Profile>(data: &[u8], profile: ProfileName) -> bool {
         panic!("{script}\n{error:?}");
     }
     for robot in 2..10 {
-        vm.meet(robot, &Sighting::default(), u8::MAX);
+        vm.add_neighbor(robot, &Sighting::default(), u8::MAX);
     }
     let per_slot = if P::FULL { PER_TEXT_SLOT } else { PER_SLOT };
     let most = per_slot * SCRIPT_SLOTS as u64 + PER_BYTE * image.len() as u64 + CONSTANT;

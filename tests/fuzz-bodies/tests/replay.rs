@@ -186,7 +186,7 @@ fn random_light() {
 }
 
 #[test]
-fn random_changes_of_talk() {
+fn random_changes_of_social_input() {
     sample(bodies::social, 400, 8..400, 20);
 }
 

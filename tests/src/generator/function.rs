@@ -1,7 +1,7 @@
 //! Functions: named ones, lambdas, methods, callbacks, and their calls.
 
 use super::scope::{Class, Kind, Named, Scope};
-use super::{Effort, Generator, MOST};
+use super::{COST_MAX, Effort, Generator};
 
 impl Generator {
     /// Writes the inside of braces somewhere else and gives its text.
@@ -18,7 +18,7 @@ impl Generator {
 
     /// The body of a function that is called from elsewhere: with a level and an effort of its own.
     fn body(&mut self, level: u8, write: impl FnOnce(&mut Self)) -> String {
-        let effort = Effort { spent: 0, times: 1, most: MOST[usize::from(level)] };
+        let effort = Effort { spent: 0, times: 1, most: COST_MAX[usize::from(level)] };
         let outer_effort = std::mem::replace(&mut self.effort, effort);
         let outer_level = std::mem::replace(&mut self.level, level);
         let text = self.inside(write);
@@ -284,11 +284,11 @@ impl Generator {
     /// A call of a method, an integer.
     pub fn method_call(&mut self, depth: usize) -> String {
         let found = self.variable(|variable| matches!(variable.kind, Kind::Object(_)));
-        let Some(found) = found.filter(|_| self.level > 0 && self.affords(MOST[0])) else {
+        let Some(found) = found.filter(|_| self.level > 0 && self.affords(COST_MAX[0])) else {
             return self.int(0);
         };
         let Kind::Object(class) = found.kind else { return self.int(0) };
-        self.spend(MOST[0]);
+        self.spend(COST_MAX[0]);
         let (method, arity) = self.random.pick(&self.classes[class].methods).clone();
         let arguments = self.int_arguments(arity, depth);
         match self.random.below(5) {
@@ -306,9 +306,9 @@ impl Generator {
             let callable = |kind| matches!(kind, Kind::Function { level: l, .. } if l < level);
             if let Some(found) = self.variable(|variable| callable(variable.kind))
                 && let Kind::Function { arity, level } = found.kind
-                && self.affords(MOST[usize::from(level)])
+                && self.affords(COST_MAX[usize::from(level)])
             {
-                self.spend(MOST[usize::from(level)]);
+                self.spend(COST_MAX[usize::from(level)]);
                 return format!("{}({})", found.name, self.int_arguments(arity, depth));
             }
         }
@@ -321,14 +321,14 @@ impl Generator {
             .functions
             .iter()
             .filter(|function| function.level < self.level && function.result == result)
-            .filter(|function| self.affords(MOST[usize::from(function.level)]))
+            .filter(|function| self.affords(COST_MAX[usize::from(function.level)]))
             .cloned()
             .collect();
         if callable.is_empty() {
             return None;
         }
         let function = self.random.pick(&callable).clone();
-        self.spend(MOST[usize::from(function.level)]);
+        self.spend(COST_MAX[usize::from(function.level)]);
         let mut arguments: Vec<String> =
             function.parameters.iter().map(|kind| self.expression(*kind, depth.min(1))).collect();
         if self.risks() {

@@ -48,7 +48,7 @@ struct Effort {
 }
 
 /// What a function of each level may cost; the last is for the entries.
-const MOST: [u64; 4] = [40, 250, 1000, 2500];
+const COST_MAX: [u64; 4] = [40, 250, 1000, 2500];
 /// The level of the entries.
 const TOP_LEVEL: u8 = 3;
 
@@ -84,7 +84,7 @@ impl Generator {
             risk,
             text: String::new(),
             indent: 0,
-            effort: Effort { spent: 0, times: 1, most: MOST[usize::from(TOP_LEVEL)] },
+            effort: Effort { spent: 0, times: 1, most: COST_MAX[usize::from(TOP_LEVEL)] },
             level: TOP_LEVEL,
             scopes: vec![Scope::new(None)],
             globals: Vec::new(),

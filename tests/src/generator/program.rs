@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::scope::{Kind, Scope};
-use super::{Effort, Generator, MOST, TOP_LEVEL};
+use super::{COST_MAX, Effort, Generator, TOP_LEVEL};
 
 /// What every program has. `dump` shows what a value holds, a few levels deep.
 const HELPERS: &str = r#"function dump(x, depth) {
@@ -155,7 +155,7 @@ impl Generator {
         };
         if self.random.percent(15) {
             let outer_effort = self.effort;
-            self.effort = Effort { spent: 0, times: 1, most: MOST[usize::from(TOP_LEVEL)] };
+            self.effort = Effort { spent: 0, times: 1, most: COST_MAX[usize::from(TOP_LEVEL)] };
             self.scopes.push(Scope::new(Some(Kind::Any)));
             let body = self.inside(write);
             self.scopes.pop();

@@ -215,10 +215,10 @@ impl Generator {
             _ => None,
         });
         if let Some((result, arity, level)) = function
-            && self.affords(super::MOST[usize::from(level)])
+            && self.affords(super::COST_MAX[usize::from(level)])
             && let Some(call) = self.call_of_named(result, 1)
         {
-            self.spend(super::MOST[usize::from(level)]);
+            self.spend(super::COST_MAX[usize::from(level)]);
             let arguments = self.int_arguments(arity, 1);
             self.line(&format!("log({call}({arguments}))"));
         }

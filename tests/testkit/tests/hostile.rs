@@ -46,7 +46,7 @@ fn each(attack: Attack, mut check: impl FnMut(Message<'_, Tiny>)) {
 }
 
 #[test]
-fn a_seed_decides_the_attack() {
+fn equal_seeds_give_equal_attacks() {
     for attack in Attack::ALL {
         assert_eq!(frames(attack, 1.0, 1), frames(attack, 1.0, 1), "{attack:?}");
     }
@@ -56,7 +56,7 @@ fn a_seed_decides_the_attack() {
 }
 
 #[test]
-fn messages_are_as_many_as_asked() {
+fn the_requested_number_of_messages_is_sent() {
     for (rate, count) in [(0.1, 6), (0.25, 15), (1.0, 60), (20.0, 1200)] {
         for attack in Attack::ALL.into_iter().filter(|attack| *attack != Attack::ForgedValues) {
             assert_eq!(frames(attack, rate, 1).len(), count, "{attack:?}");
@@ -65,7 +65,7 @@ fn messages_are_as_many_as_asked() {
 }
 
 #[test]
-fn clocks_are_forged_on_keys_that_there_are() {
+fn clocks_are_forged_for_existing_keys() {
     let mut clocks = BTreeSet::new();
     each(Attack::ForgedClocks, |message| match message {
         Message::Entry(StigmergyEntry { stigmergy: 1, owner: FORGER, clock, key, .. }) => {
@@ -95,7 +95,7 @@ fn values_of_all_classes_are_forged() {
 }
 
 #[test]
-fn what_is_invented_is_new_each_time() {
+fn invented_messages_differ() {
     let (mut robots, mut keys, mut senders) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
     each(Attack::InventedRobots, |message| match message {
         Message::Beacon { robot } => _ = robots.insert(robot),
@@ -115,7 +115,7 @@ fn what_is_invented_is_new_each_time() {
 }
 
 #[test]
-fn messages_are_begun_and_never_ended() {
+fn messages_are_started_and_never_completed() {
     for (attack, expected) in [(Attack::RepeatedFragments, 1), (Attack::BegunMessages, 120)] {
         let mut numbers = BTreeSet::new();
         each(attack, |message| match message {

@@ -22,7 +22,7 @@ fn observe(swarm: &mut Swarm<Tiny>) -> Rc<RefCell<Vec<OnAir>>> {
 }
 
 #[test]
-fn a_seed_decides_the_run() {
+fn equal_seeds_give_equal_runs() {
     let run = |seed| {
         let mut swarm: Swarm<Tiny> =
             Swarm::new(5, COUNT).with_links(Queues::<Tiny, 10, 10>::default);
@@ -37,7 +37,7 @@ fn a_seed_decides_the_run() {
 }
 
 #[test]
-fn frames_get_lost_doubled_and_late() {
+fn frames_are_lost_duplicated_and_delayed() {
     let heard = |loss, duplication, delay| {
         let mut swarm: Swarm<Tiny> = Swarm::new(2, COUNT);
         (swarm.air.loss, swarm.air.duplication, swarm.air.delay) = (loss, duplication, delay);
@@ -66,7 +66,7 @@ fn a_late_frame_arrives_after_those_of_the_next_step() {
 }
 
 #[test]
-fn a_robot_sends_as_many_frames_as_the_air_takes() {
+fn a_robot_sends_as_many_frames_as_the_channel_accepts() {
     let script = "function step() { foreach({.a = 1, .b = 2, .c = 3}, neighbors.broadcast) }";
     let mut swarm: Swarm<Tiny> = Swarm::new(3, script).with_links(Queues::<Tiny, 10, 10>::default);
     swarm.air.frames_per_step = 2;
@@ -79,7 +79,7 @@ fn a_robot_sends_as_many_frames_as_the_air_takes() {
 }
 
 #[test]
-fn a_restarted_robot_knows_nothing() {
+fn a_restarted_robot_has_empty_state() {
     let mut swarm: Swarm<Tiny> = Swarm::new(2, COUNT);
     swarm.steps(10);
     assert_eq!(swarm.last(), ["9", "9"]);
@@ -104,7 +104,7 @@ fn a_frame_from_outside_arrives_and_is_observed() {
 }
 
 #[test]
-fn a_stopped_script_keeps_its_fault_and_the_others_go_on() {
+fn a_stopped_script_keeps_its_fault_and_other_robots_continue() {
     let mut swarm: Swarm<Tiny> = Swarm::new(
         2,
         "n = 0 function step() { n = n + 1  if(id == 1 and n == 3) log(nil + n)  log(n) }",

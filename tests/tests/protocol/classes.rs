@@ -85,7 +85,7 @@ const SUM: &str = "sum = 0
     function step() { neighbors.broadcast(\"x\", sum)  log(calls) }
     function reset() { neighbors.broadcast(\"long\", {}) }";
 
-in_both_profiles!(a_listener_gets_what_its_topic_carries, listener);
+in_both_profiles!(a_listener_receives_only_the_classes_of_its_topic, listener);
 fn listener<P: Profile>() {
     for (name, items, is_expected) in values::<P>() {
         let (mut robot, strings) = robot::<P>(SUM);
@@ -99,7 +99,7 @@ fn listener<P: Profile>() {
     }
 }
 
-in_both_profiles!(a_topic_that_carries_all_classes_gets_all, any_topic);
+in_both_profiles!(a_topic_of_all_classes_receives_all_values, any_topic);
 fn any_topic<P: Profile>() {
     let script = "n = 0
         function init() { neighbors.listen(\"x\", function(topic, value, robot) { n = n + 1 }) }
@@ -126,7 +126,7 @@ const SHARED: &str = "function init() {
     function step() { log(s.get(\"k\"))  log(s.get(1))  log(s.get(\"gone\")) }
     function reset() { s.put(\"gone\", nil)  s.put(\"long\", {}) }";
 
-in_both_profiles!(a_stigmergy_keeps_what_its_keys_carry, stigmergy);
+in_both_profiles!(a_stigmergy_stores_only_the_classes_of_its_keys, stigmergy);
 fn stigmergy<P: Profile>() {
     for (name, items, is_expected) in values::<P>() {
         for at_string in [true, false] {
@@ -143,7 +143,7 @@ fn stigmergy<P: Profile>() {
     }
 }
 
-in_both_profiles!(a_key_that_is_deleted_somewhere_may_be_nil, deletion);
+in_both_profiles!(a_deletion_passes_if_the_script_deletes_the_key, deletion);
 fn deletion<P: Profile>() {
     let (mut robot, strings) = robot::<P>(SHARED);
     robot.step().expect("it starts");
@@ -154,7 +154,7 @@ fn deletion<P: Profile>() {
     assert_eq!(robot.counters().malformed, 0);
 }
 
-in_both_profiles!(a_question_passes_whatever_the_key_carries, question);
+in_both_profiles!(a_query_passes_for_keys_of_any_class, question);
 fn question<P: Profile>() {
     let (mut robot, strings) = robot::<P>(SHARED);
     robot.step().expect("it starts");
@@ -168,7 +168,7 @@ fn question<P: Profile>() {
 }
 
 // The machine asks first whether numbers are expected everywhere.
-in_both_profiles!(a_topic_that_carries_strings_gets_no_numbers, only_strings);
+in_both_profiles!(a_topic_of_strings_receives_no_numbers, only_strings);
 fn only_strings<P: Profile>() {
     let script = "n = 0
         function init() { neighbors.listen(\"x\", function(topic, value, robot) { n = n + 1 }) }

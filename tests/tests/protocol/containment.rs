@@ -18,7 +18,7 @@ const SUM: &str = "sum = 0
         log(sum)
     }";
 
-in_both_profiles!(a_fault_in_a_listener_drops_that_message, drops_the_message);
+in_both_profiles!(a_fault_in_a_listener_drops_its_message, drops_the_message);
 fn drops_the_message<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(2, SUM);
     swarm.steps(11);
@@ -68,7 +68,7 @@ fn recovers_the_stack<P: Profile>() {
     assert_eq!(swarm.robots[0].host.contained[0].code, FaultCode::StackOverflow);
 }
 
-in_both_profiles!(a_conflict_whose_handler_fails_falls_to_the_higher_robot, default_rule);
+in_both_profiles!(the_higher_robot_wins_a_conflict_whose_handler_faults, default_rule);
 fn default_rule<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(
         3,
@@ -110,7 +110,7 @@ fn unsendable_verdict<P: Profile>() {
 
 // The stamp of the other robot waits while the handler runs, and its digest is part of it: replicas that differ in that
 // only would send entries for ever.
-in_both_profiles!(a_conflict_about_tables_whose_handler_fails_comes_to_rest, tables_in_conflict);
+in_both_profiles!(a_conflict_about_tables_whose_handler_faults_converges, tables_in_conflict);
 fn tables_in_conflict<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(
         3,
@@ -194,7 +194,7 @@ const FRAGILE: &str = "n = 0
         log(c, \" \", n, \" \", s.get(\"a\"), \" \", s.get(\"b\"), \" \", neighbors.count())
     }";
 
-in_both_profiles!(a_restart_begins_with_empty_globals_and_known_entries, restart);
+in_both_profiles!(a_restart_clears_globals_and_keeps_entries, restart);
 fn restart<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(3, FRAGILE);
     swarm.steps(5);
@@ -218,7 +218,7 @@ fn restart<P: Profile>() {
     assert_eq!(received, Some("4"), "{:?}", swarm.last());
 }
 
-in_both_profiles!(a_resting_robot_relays_entries, relays);
+in_both_profiles!(a_robot_in_a_pause_relays_entries, relays);
 fn relays<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(3, FRAGILE);
     // A row: robot 1 stands between the others.
@@ -231,7 +231,7 @@ fn relays<P: Profile>() {
     assert!(relayed.is_some_and(|b| b > 30), "{:?}", swarm.last());
 }
 
-in_both_profiles!(a_script_without_others_makes_no_steps_in_the_pause, lonely);
+in_both_profiles!(a_script_without_neighbors_runs_no_steps_in_a_pause, lonely);
 fn lonely<P: Profile>() {
     let mut swarm: Swarm<P> = Swarm::new(
         1,
@@ -289,7 +289,7 @@ fn leaves<P: Profile>() {
 
 /// Entries and clocks of a script are nothing to the next one.
 #[test]
-fn another_script_begins_without_entries() {
+fn another_script_starts_without_entries() {
     let image = |script: &str| Program::new::<Tiny>(script).leak();
     let before = "function init() {
             s = stigmergy.create(1)

@@ -132,7 +132,7 @@ fn strings_with_high_bytes_are_foreign() {
 
 /// The robot that put an entry may be far away. The link of some robots names the sender of each frame.
 #[test]
-fn an_entry_makes_a_neighbor_of_its_sender_only() {
+fn only_the_sender_of_an_entry_becomes_a_neighbor() {
     let script = "function init() { s = stigmergy.create(1) }
         function step() { log(neighbors.count(), \" \", s.get(5)) }";
     for (sender, expected) in [(None, "0 7"), (Some(3), "1 7"), (Some(1), "0 nil")] {
@@ -149,7 +149,7 @@ fn an_entry_makes_a_neighbor_of_its_sender_only() {
 
 /// A function that captures values is none without them.
 #[test]
-fn functions_with_captures_do_not_arrive() {
+fn functions_with_captures_are_not_delivered() {
     let script = "n = 0
         function plain() { return 1 }
         function make(x) { return function() { return x } }
@@ -178,7 +178,7 @@ fn functions_with_captures_do_not_arrive() {
 
 /// Robots without run-time strings cannot read one.
 #[test]
-fn a_text_is_dropped_where_no_script_makes_one() {
+fn a_text_is_dropped_by_scripts_that_make_none() {
     let mut swarm: Swarm<Tiny> = Swarm::new(1, LISTEN);
     let robot = &mut swarm.robots[0];
     let topic = ContentItem::Plain(Value::string(builtin::string::COUNT));
@@ -192,7 +192,7 @@ fn a_text_is_dropped_where_no_script_makes_one() {
 
 /// The swarm of another robot that this robot has not created.
 #[test]
-fn an_unknown_swarm_is_nobody_s() {
+fn an_unknown_swarm_has_no_members() {
     let script = "function init() { s = {} var i = 0
             while(i < 8) { s[i] = swarm.create(i) s[i].join() i = i + 1 } }
         function step() { var i = 0

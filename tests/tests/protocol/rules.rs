@@ -50,7 +50,7 @@ fn with_keys(keys: u16, clock: u32) -> (Swarm<Tiny>, Vec<u8>) {
 
 /// A question for a key that is not known is no entry, even where there is no room for one.
 #[test]
-fn a_question_is_not_kept_or_relayed() {
+fn a_query_is_not_stored_or_relayed() {
     for keys in [0, 4] {
         let (mut swarm, frame) = with_keys(keys, 0);
         swarm.inject(&frame, [0]);
@@ -63,7 +63,7 @@ fn a_question_is_not_kept_or_relayed() {
 
 /// A deletion of a key that is not known leaves nothing; where the store is full, others may need it.
 #[test]
-fn a_deletion_is_relayed_where_there_is_no_room() {
+fn a_deletion_is_relayed_by_a_full_store() {
     for (keys, is_relayed) in [(0, false), (3, false), (4, true)] {
         let (mut swarm, frame) = with_keys(keys, 5);
         swarm.inject(&frame, [0]);
@@ -209,7 +209,7 @@ fn sizes_are_clamped() {
 
 /// A put in a handler of conflicts is later than the conflict, whatever it returns.
 #[test]
-fn a_put_in_a_handler_of_conflicts_lasts() {
+fn a_put_in_a_conflict_handler_persists() {
     let mut swarm: Swarm<Tiny> = Swarm::new(
         2,
         "function init() {
@@ -278,7 +278,7 @@ fn sizes_after_a_rest(step: &str) -> Vec<String> {
 /// Tables of entries may take memory in which messages are handled while the script rests. Then they are forgotten: the
 /// neighbors send them again.
 #[test]
-fn entries_give_way_to_messages_of_a_resting_robot() {
+fn received_messages_displace_entries_of_a_robot_in_a_pause() {
     let sizes = sizes_after_a_rest(
         "while(i < 100) { s.put(i, {.a = i, .b = i, .c = i, .d = i}) i = i + 1 }",
     );
@@ -288,7 +288,7 @@ fn entries_give_way_to_messages_of_a_resting_robot() {
 
 /// Keys may be made at run time, and take memory, too. Entries that take none are kept.
 #[test]
-fn entries_with_keys_on_the_heap_give_way_to_messages() {
+fn received_messages_displace_entries_with_keys_on_the_heap() {
     let sizes = sizes_after_a_rest(
         "s.put(1, 1)
          while(i < 100) {
@@ -349,7 +349,7 @@ fn entries_are_advertised_next_to_a_robot_without_a_digest() {
 
 /// A robot that hears many old values answers four at once, and then one in two steps.
 #[test]
-fn answers_are_few() {
+fn answers_are_limited() {
     let (mut swarm, _) = with_keys(4, 5);
     let robot = &mut swarm.robots[0];
     let mut sent = Vec::new();
@@ -374,7 +374,7 @@ fn answers_are_few() {
 
 /// Two robots may have the same old value.
 #[test]
-fn an_old_value_that_comes_twice_is_answered() {
+fn a_repeated_old_value_is_answered() {
     let (mut swarm, _) = with_keys(1, 5);
     let robot = &mut swarm.robots[0];
     for _ in 0..2 {

@@ -111,7 +111,7 @@ fn values_of_one_stamp_are_ordered() {
 /// A robot puts its value again over one of its own id that others send, 16 times and then once in a while: two robots
 /// with one id must not do so for ever.
 #[test]
-fn a_robot_takes_back_its_key_some_times() {
+fn a_robot_reclaims_its_key_a_limited_number_of_times() {
     let mut swarm: Swarm<Tiny> = Swarm::new(
         1,
         "function init() { s = stigmergy.create(1) s.put(1, 5) }
@@ -171,7 +171,7 @@ fn a_deleted_key_does_not_change_the_digest() {
 
 /// An entry that neighbors repeat is less urgent, as in Trickle (RFC 6206).
 #[test]
-fn an_entry_that_others_send_is_sent_less_often() {
+fn an_entry_that_neighbors_send_is_sent_less_often() {
     let frames = |robots| {
         let mut swarm = kilobots(
             robots,
@@ -189,7 +189,7 @@ fn an_entry_that_others_send_is_sent_less_often() {
 }
 
 #[test]
-fn a_robot_that_missed_an_entry_is_told_by_its_digest() {
+fn a_differing_digest_makes_neighbors_resend_entries() {
     for rate in [1, 8] {
         let mut swarm = kilobots(
             4,
@@ -213,7 +213,7 @@ fn a_robot_that_missed_an_entry_is_told_by_its_digest() {
 /// A robot between two others lacks a key that one of them has. Nothing but entries and digests is on the air: the script
 /// has no neighbors, so there are no beacons.
 #[test]
-fn a_robot_that_has_news_says_what_it_lacks() {
+fn a_robot_with_new_entries_receives_its_missing_ones() {
     let script = "t = 0
          function init() { s = stigmergy.create(1) }
          function step() {
@@ -236,7 +236,7 @@ fn a_robot_that_has_news_says_what_it_lacks() {
 
 /// Robot 1 deletes a key while the others know it; then there is room for another one.
 #[test]
-fn a_deleted_key_gives_its_place_back_after_its_time() {
+fn a_deleted_key_frees_its_place_after_a_timeout() {
     let mut swarm = kilobots(
         3,
         "t = 0
@@ -313,7 +313,7 @@ fn a_forged_clock_wins_only_until_the_next_put() {
 /// Three clocks, a third of the circle apart, are each later than the one before, without an end. In a ring they run around for
 /// ever where no frame is ever lost; where one in ten is, a single one is left after some time.
 #[test]
-fn clocks_that_chase_each_other_in_a_ring_come_to_rest() {
+fn cyclic_clocks_converge() {
     for count in [8, 28] {
         let mut swarm = kilobots(
             count,
@@ -368,7 +368,7 @@ fn a_robot_without_memory_does_not_lose_its_new_put_to_its_old_one() {
 
 /// Two robots with one id each take the other's puts for those of a former life: that must not fill the air.
 #[test]
-fn two_robots_with_one_id_do_not_fill_the_air() {
+fn two_robots_with_one_id_do_not_saturate_the_channel() {
     let mut swarm = kilobots(
         3,
         "function init() { s = stigmergy.create(1) s.put(1, rand() % 100) }
@@ -384,7 +384,7 @@ fn two_robots_with_one_id_do_not_fill_the_air() {
 }
 
 #[test]
-fn what_a_script_does_to_a_table_does_not_change_the_entry() {
+fn changing_a_table_does_not_change_the_entry() {
     let script = "function init() {
            s = stigmergy.create(1)
            mine = {.a = 1}

@@ -490,7 +490,7 @@ mod tests {
     }
 
     #[test]
-    fn keeps_insertion_order_behind_the_consecutive_keys() {
+    fn keeps_insertion_order_after_the_consecutive_keys() {
         let mut state = 7;
         for round in 0..200 {
             let mut memory = Memory::full();
@@ -608,7 +608,7 @@ mod tests {
     }
 
     #[test]
-    fn an_array_costs_a_slot_for_each_value_and_gives_it_back() {
+    fn an_array_uses_and_frees_one_slot_per_value() {
         let mut memory = Memory::full();
         let empty = memory.unused();
         let table = memory.new_table().unwrap();

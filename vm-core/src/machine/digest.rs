@@ -49,14 +49,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
 impl<P: Profile> Protocol<P> {
     fn hash_state<H: Hasher>(&self, hasher: &mut H) {
-        let Protocol { sizes, stigmergies, step, heard, shares, has_dirty_entries, .. } = self;
-        (sizes, stigmergies, step, heard, shares, has_dirty_entries).hash(hasher);
+        let Protocol { sizes, stigmergies, step, last_sender, shares, has_dirty_entries, .. } =
+            self;
+        (sizes, stigmergies, step, last_sender, shares, has_dirty_entries).hash(hasher);
         let Protocol { messages_left, in_message, conflict, is_resting, silent, .. } = self;
         (messages_left, in_message, *conflict as u8, is_resting, silent).hash(hasher);
         let Protocol { interval, timers, newest, advertised, relayed, answers, .. } = self;
         (interval, timers, newest, advertised, relayed, answers).hash(hasher);
-        let Protocol { reclaimed, age, turn, behind, has_dropped, meets_beacon, .. } = self;
-        (reclaimed, age, turn, behind, has_dropped, meets_beacon).hash(hasher);
+        let Protocol { reclaimed, age, turn, unadvertised, has_dropped, meets_beacon, .. } = self;
+        (reclaimed, age, turn, unadvertised, has_dropped, meets_beacon).hash(hasher);
         let Protocol { digest, clock, jitter, counters, assembly, .. } = self;
         (digest, clock, jitter, counters).hash(hasher);
         let Assembly { robot, number, present, all, length, pause, content } = assembly;

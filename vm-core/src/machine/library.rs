@@ -187,7 +187,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the table of changes of a library, or the function that listens to a topic; nil if
     /// there is none.
     #[one_copy]
-    pub(super) fn overlay(&self, key: Value<P>) -> Value<P> {
+    pub(super) fn registered(&self, key: Value<P>) -> Value<P> {
         let overlays = self.arena.get_fast(OVERLAYS);
         if overlays.is_nil() { overlays } else { self.arena.pair(overlays.index(), key) }
     }
@@ -204,7 +204,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns the overlay, and makes it if there is none.
     fn make_overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
-        let found = self.overlay(library);
+        let found = self.registered(library);
         if !found.is_nil() {
             return Ok(found);
         }
@@ -233,7 +233,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     fn library_get<H: Host<P>>(&self, host: &mut H, library: Value<P>, key: Value<P>) -> Value<P> {
-        let overlay = self.overlay(library);
+        let overlay = self.registered(library);
         if !overlay.is_nil() {
             // A field that the script removed is unset.
             let changed = self.arena.table_get(overlay.index(), key);
@@ -320,7 +320,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let library = self.arena.get(slot);
         let table = self.local(COPY);
-        let overlay = self.overlay(library);
+        let overlay = self.registered(library);
         let row = self.local(ROW).index() as u16;
         if row < self.header.library_rows() {
             self.set_local(ROW, Value::indexed(Tag::INT, row.wrapping_add(1)));

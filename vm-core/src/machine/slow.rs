@@ -35,7 +35,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             opcode::CALL_BUILTIN | opcode::CALL_ROBOT => {
                 // The trailer holds the number of arguments, and the bit that drops the result.
-                let trailer = self.behind(1);
+                let trailer = self.byte_before(1);
                 let count = trailer & !DROP_RESULT;
                 let drop_result = trailer & DROP_RESULT != 0;
                 if op == opcode::CALL_ROBOT {
@@ -52,7 +52,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let b = if effect.operand() == Operand::String as u8 {
             Value::string(number)
         } else if trailer != 0 {
-            Value::int(i32::from(self.behind(1) as i8))
+            Value::int(i32::from(self.byte_before(1) as i8))
         } else {
             self.top(pops.wrapping_sub(1))
         };
@@ -76,8 +76,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.binary(opcode::MUL, a, Value::int(-1))?
             }
             opcode::JUMP_LOCAL => {
-                let (relation, local) = opcode::relation_of_local(self.behind(3));
-                let b = i16::from_le_bytes([self.behind(2), self.behind(1)]);
+                let (relation, local) = opcode::relation_of_local(self.byte_before(3));
+                let b = i16::from_le_bytes([self.byte_before(2), self.byte_before(1)]);
                 let a = self.arena.get(self.local_slot(local));
                 if a.is(Tag::UNSET) {
                     return Err(self.fail(FaultCode::MissingArgument));
@@ -140,7 +140,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns the byte at `count` bytes before the next instruction.
     #[one_copy]
-    fn behind(&self, count: u16) -> u8 {
+    fn byte_before(&self, count: u16) -> u8 {
         let at = self.pc.wrapping_sub(count);
         self.program().map_or(0, |program| program.code.byte(at.into()))
     }
@@ -148,11 +148,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the literal at the end of the instruction. With `half` the image holds its upper
     /// half only.
     fn literal(&self, half: bool) -> P::Raw {
-        let upper = [self.behind(2), self.behind(1)];
+        let upper = [self.byte_before(2), self.byte_before(1)];
         let [c, d] = upper;
         P::literal_from_le(match P::FULL {
             true if half => [0, 0, c, d],
-            true => [self.behind(4), self.behind(3), c, d],
+            true => [self.byte_before(4), self.byte_before(3), c, d],
             false => [c, d, 0, 0],
         })
     }
@@ -174,7 +174,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let function = Value::indexed(Tag::FUNCTION, number);
         let has_self = self.head(number) & USES_SELF != 0;
         let end = usize::from(self.sp);
-        let first = end - usize::from(self.behind(1));
+        let first = end - usize::from(self.byte_before(1));
         let closure = self.allocate(|vm| vm.arena.new_closure(function, has_self, first, end))?;
         self.sp = first as u16;
         Ok(closure)
@@ -273,7 +273,7 @@ mod tests {
 
     /// Combines each float of the tiny profile with special floats, and with one of each exponent.
     #[test]
-    fn computers_compute_with_short_floats_as_chips_do() {
+    fn hosts_compute_short_floats_like_chips() {
         let floats = (0..=u16::MAX).map(|raw| Value::<Tiny>::new(Tag::FLOAT, raw));
         let special = [0, 0x8000, 0x0001, 0x0200, 0x8201, 0x7DFF, 0x7E00, 0xFE00, 0x7F00];
         let mut state = 7_u32;

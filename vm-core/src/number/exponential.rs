@@ -12,7 +12,7 @@ use crate::bytecode::ByteCode;
 
 /// The largest exponent for which a power is computed by repeated multiplication: 3^15 is the
 /// longest power of an odd number that fits binary32.
-const LONGEST_PRODUCT: u16 = 15;
+const EXPONENT_MAX: u16 = 15;
 
 /// Splits `x` for a logarithm: multiplies it by a power of two, so that an `x` below 1 is then from
 /// 1/2 to 1, and any other from 1 to 2. Returns the exponent of the inverse of that power. For an
@@ -81,7 +81,7 @@ pub(super) fn simple_power<P: Profile>(x: &mut Float<P>, y: &Float<P>) -> (bool,
     };
     let negative = x.negative && whole.to_i16() & 1 != 0;
     let factor = *x;
-    if whole <= P::raw_from_u16(LONGEST_PRODUCT) {
+    if whole <= P::raw_from_u16(EXPONENT_MAX) {
         // A product without rounding is exact, and one with rounding is still better than the
         // result by the logarithm.
         x.set_one();

@@ -94,7 +94,7 @@ impl Firmware {
                         let (robots, path) = (group.model.robots(), path.display().to_string());
                         failed(ScenarioCause::NoFirmware { robots, path, reason })
                     };
-                    let elf = file::read(&path, file::MOST_PROGRAM);
+                    let elf = file::read(&path, file::PROGRAM_BYTES_MAX);
                     let elf = elf.map_err(|error| unusable(error.to_string()))?;
                     let messages = match emulation.has_trace() {
                         false => None,

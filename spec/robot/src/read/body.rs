@@ -47,7 +47,7 @@ const NOISE: RangeInclusive<f64> = 0.0..=100_000.0;
 const VOLTAGE: RangeInclusive<f64> = 0.0..=32_767.0;
 /// The range of a sensor value that fits the integers of the tiny profile.
 const VALUE: RangeInclusive<f64> = -32_768.0..=32_767.0;
-const MOST_BEAMS: u32 = 360;
+const BEAMS_MAX: u32 = 360;
 
 /// Returns all keys of a section that has a word on which further keys depend, each key once.
 fn all_keys(
@@ -240,7 +240,7 @@ fn sensor_kind(section: &Section<'_>, word: &str) -> Option<SensorKind> {
 fn beams(section: &Section<'_>) -> Option<Vec<f64>> {
     let Some(list) = section.get("directions_deg") else {
         let first = number_or(section, "direction_deg", DIRECTION, 0.0);
-        let count = section.get("count").map_or(Some(1), |entry| entry.integer(1..=MOST_BEAMS));
+        let count = section.get("count").map_or(Some(1), |entry| entry.integer(1..=BEAMS_MAX));
         let (first, count) = (first?, count?);
         let step = 360.0 / f64::from(count);
         return Some((0..count).map(|beam| first + f64::from(beam) * step).collect());
@@ -251,8 +251,8 @@ fn beams(section: &Section<'_>) -> Option<Vec<f64>> {
         }
     }
     let items = list.list()?;
-    if items.is_empty() || items.len() > MOST_BEAMS as usize {
-        list.fail(RobotFileCause::NumberOfBeams { count: items.len(), most: MOST_BEAMS });
+    if items.is_empty() || items.len() > BEAMS_MAX as usize {
+        list.fail(RobotFileCause::NumberOfBeams { count: items.len(), most: BEAMS_MAX });
         return None;
     }
     let directions: Vec<_> = items.iter().map(|item| item.number(DIRECTION)).collect();

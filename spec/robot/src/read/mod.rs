@@ -356,7 +356,7 @@ fn region(region: &Section<'_>) -> Option<Region> {
 }
 
 /// The largest value of a setting, which has 16 bits.
-const MOST_SETTING: u32 = u16::MAX as u32;
+const SETTING_MAX: u32 = u16::MAX as u32;
 
 fn function(section: &Section<'_>, names: &mut Names) -> Option<RobotFunction> {
     let name = section.required("name").and_then(|entry| {
@@ -406,8 +406,8 @@ fn setting(section: &Section<'_>, names: &mut Names) -> Option<Setting> {
         let name = name_of(&entry)?;
         names.add(&entry, &name, false).then_some(name)
     });
-    let least = integer(section, "least", 0..=MOST_SETTING);
-    let most = integer(section, "most", least.unwrap_or(0)..=MOST_SETTING);
+    let least = integer(section, "least", 0..=SETTING_MAX);
+    let most = integer(section, "most", least.unwrap_or(0)..=SETTING_MAX);
     let help = line(section, "help");
     Some(Setting { name: name?, least: least? as u16, most: most? as u16, help: help? })
 }

@@ -11,7 +11,7 @@ use super::{IMPORTS, Program};
 use crate::choices::Choices;
 
 /// Instructions of one function.
-const LONGEST: usize = 120;
+const INSTRUCTIONS_MAX: usize = 120;
 /// Values on the stack above which some are popped.
 const DEEPEST: usize = 24;
 
@@ -57,12 +57,12 @@ impl<'a, 'b> Writer<'a, 'b> {
             self.value(kind::of_global(global));
             self.plain_operand(opcode::GLOBAL_SET, global as i32);
         }
-        self.function(LONGEST)
+        self.function(INSTRUCTIONS_MAX)
     }
 
     /// A function of some length.
     pub fn some_function(self) -> FunctionCode {
-        let length = 1 + self.choices.below(LONGEST);
+        let length = 1 + self.choices.below(INSTRUCTIONS_MAX);
         self.function(length)
     }
 

@@ -223,7 +223,7 @@ fn endures(attacks: &[(Attack, f64)], bounds: Bounds, bounds_with_loss: Bounds) 
 }
 
 #[test]
-fn the_air_alone_does_this() {
+fn baseline_without_attacks() {
     endures(&[], (1.0, 0, 1.0), (0.99, 20, 0.15));
 }
 
@@ -320,13 +320,13 @@ fn received(slow: impl Fn(usize) -> Option<(u8, u8)>) -> i32 {
 }
 
 #[test]
-fn tables_arrive_where_all_is_well() {
+fn tables_arrive_without_attacks() {
     assert_eq!(received(|_| None), 100);
 }
 
 /// A message that comes on as slowly as it can keeps the room for eight fragments, 16 s; then others have their turn.
 #[test]
-fn a_slow_message_keeps_the_room_for_a_while() {
+fn a_slow_message_occupies_the_fragment_buffer_for_a_limited_time() {
     let slow = |step: usize| {
         step.is_multiple_of(19).then_some(((step / 152) as u8, (step / 19 % 8) as u8))
     };
@@ -338,7 +338,7 @@ fn a_slow_message_keeps_the_room_for_a_while() {
 /// The frames of the hostile robot come first in each step, so it could have the room again whenever that is free. Each
 /// message that it begins keeps the room for 20 steps, and one of the others follows.
 #[test]
-fn messages_that_are_begun_first_in_each_step_let_others_in() {
+fn unfinished_messages_do_not_block_others() {
     let heard = received(|step| Some((step as u8, 0)));
     assert!((4..=5).contains(&heard), "{heard} of 100");
 }

@@ -33,7 +33,7 @@ fn is_quiet_with_a_full_store(count: u16, frames_per_step: usize, puts: &str) {
 }
 
 #[test]
-fn swarms_with_full_stores_are_quiet_and_see_each_other() {
+fn swarms_with_full_stores_send_beacons_and_stay_neighbors() {
     for count in [5, 6, 7, 8, 10, 12, 15] {
         for frames_per_step in [1, 8] {
             is_quiet_with_a_full_store(count, frames_per_step, "s.put(id, 1)");

@@ -78,7 +78,7 @@ fn a_copy_has_everything_in_its_order() {
 }
 
 #[test]
-fn a_lost_fragment_is_made_up_for_by_the_next_advertisement() {
+fn the_next_advertisement_replaces_a_lost_fragment() {
     let mut swarm: Swarm<Tiny> = Swarm::new(
         2,
         "function init() { v = stigmergy.create(1)  if(id == 1) v.put(1, {.a = 1, .b = 2, .c = 3}) }
@@ -117,7 +117,7 @@ fn a_message_arrives_whatever_the_order_of_its_fragments() {
 }
 
 #[test]
-fn what_cannot_be_sent_is_a_fault_at_the_sender() {
+fn sending_an_unsendable_value_is_a_fault() {
     use bittybuzz_vm_core::FaultCode::{NotSendable, TooLong};
     for (value, expected) in [
         ("math", NotSendable),
@@ -160,7 +160,7 @@ fn text_made_at_run_time_travels() {
 }
 
 #[test]
-fn a_message_for_which_there_is_no_memory_is_dropped() {
+fn a_message_without_memory_for_it_is_dropped() {
     let mut swarm: Swarm<Tiny> = Swarm::new(
         2,
         "kept = {}
@@ -175,7 +175,7 @@ fn a_message_for_which_there_is_no_memory_is_dropped() {
 /// A text takes a cell for each 20 bytes. Where only so many are free as the script keeps, the message is dropped and the
 /// script goes on.
 #[test]
-fn a_text_for_which_there_is_no_memory_is_dropped() {
+fn a_text_without_memory_for_it_is_dropped() {
     let mut swarm: Swarm<Full> = Swarm::new(
         2,
         "kept = {}
@@ -196,7 +196,7 @@ fn a_text_for_which_there_is_no_memory_is_dropped() {
 
 /// However much memory is free, a table or a text arrives whole or is dropped, and neither harms the script.
 #[test]
-fn a_message_takes_the_memory_that_it_needs_or_none() {
+fn a_message_allocates_completely_or_not_at_all() {
     let values = [
         "{.a = {.b = 1, .c = {.d = 2, .e = 3}}, .f = 4}",
         "{.a = 1, .b = 2, .c = 3, .d = 4, .e = 5, .f = 6, .g = 7, .h = 8, .i = 9, .j = 10, .k = 11, .l = 12}",
@@ -244,7 +244,7 @@ fn a_message_takes_the_memory_that_it_needs_or_none() {
 
 /// What a listener has thrown away makes room for the next message of the same step.
 #[test]
-fn garbage_makes_room_for_a_message() {
+fn garbage_is_collected_for_a_message() {
     // What robots print that have filled their memory with 3, 4, ... elements: the number of messages received.
     let received = |garbage: usize| -> Vec<String> {
         let script = format!(

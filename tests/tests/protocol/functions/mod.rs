@@ -20,7 +20,7 @@ fn last(robots: usize, steps: usize, script: &str, expected: &[&str]) {
 }
 
 #[test]
-fn duplicates_and_foreign_frames_do_no_harm() {
+fn duplicates_and_foreign_frames_are_ignored() {
     let script = "heard = 0
         function init() { v = stigmergy.create(1)  neighbors.listen(\"x\", function(t, x, r) { heard = heard + 1 }) }
         function step() { v.put(\"k\", id)  neighbors.broadcast(\"x\", 1)  log(heard) }";

@@ -47,7 +47,7 @@ fn topic_and_value_keep_their_types() {
 }
 
 #[test]
-fn ignore_ends_listening() {
+fn ignore_removes_the_listener() {
     last(
         2,
         4,
@@ -65,7 +65,7 @@ fn ignore_ends_listening() {
 }
 
 #[test]
-fn a_robot_that_says_nothing_is_a_neighbour_by_its_beacons() {
+fn beacons_make_a_silent_robot_a_neighbor() {
     // Whatever else the script uses.
     for unused in
         ["", "swarm.create(1)", "stigmergy.create(1)", "swarm.create(stigmergy.create(1))"]
@@ -77,7 +77,7 @@ fn a_robot_that_says_nothing_is_a_neighbour_by_its_beacons() {
 }
 
 #[test]
-fn who_is_not_heard_any_more_is_forgotten() {
+fn a_neighbor_without_frames_is_removed() {
     let mut swarm: Swarm<Tiny> = Swarm::new(2, "function step() { log(neighbors.count()) }");
     swarm.steps(20);
     assert_eq!(swarm.last(), ["1", "1"]);
@@ -102,7 +102,7 @@ fn reported(function: &str, expected: &[&str]) {
 }
 
 #[test]
-fn get_tells_where_a_neighbour_is() {
+fn get_returns_the_place_of_a_neighbor() {
     reported(
         "var n = neighbors.get(3)
          if(isnil(n)) log(\"nobody\")
@@ -112,7 +112,7 @@ fn get_tells_where_a_neighbour_is() {
 }
 
 #[test]
-fn foreach_goes_by_ascending_id() {
+fn foreach_iterates_by_ascending_id() {
     reported(
         "var all = {.text = 0}
          neighbors.foreach(function(id, data) { all.text = all.text * 10 + id })
@@ -130,7 +130,7 @@ fn reduce_folds() {
 }
 
 #[test]
-fn map_keeps_what_the_function_returns() {
+fn map_stores_the_results_of_the_function() {
     reported(
         "var m = neighbors.map(function(id, data) { return id * 2 })
          log(m.count(), \" \", m.get(1), \" \", m.get(2), \" \", m.reduce(function(id, v, a) { return a + v }, 0))",
@@ -139,7 +139,7 @@ fn map_keeps_what_the_function_returns() {
 }
 
 #[test]
-fn filter_keeps_those_for_which_it_is_true() {
+fn filter_keeps_neighbors_with_a_true_result() {
     reported(
         "var near = neighbors.filter(function(id, data) { return data.distance < 15 })
          var s = near.map(function(id, data) { return id + 0.5 })
@@ -150,7 +150,7 @@ fn filter_keeps_those_for_which_it_is_true() {
 
 /// Steps are counted on a circle of 127, which a test must go around.
 #[test]
-fn a_neighbor_is_kept_for_as_many_steps_as_the_robot_says() {
+fn a_neighbor_is_kept_for_the_configured_number_of_steps() {
     for forget in [1, 2, 20, 125, 126, 127, 128, 255] {
         for before in [1, 40, 100, 126, 127, 140] {
             let mut swarm: Swarm<Tiny> =
@@ -190,19 +190,19 @@ fn neighbors_without_bearings_have_distances() {
 
 /// A host without a link says itself who is near.
 #[test]
-fn a_robot_that_the_host_meets_is_a_neighbor() {
+fn a_robot_that_the_host_adds_is_a_neighbor() {
     let mut swarm: Swarm<Tiny> = Swarm::new(
         1,
         "function step() { log(neighbors.count(), \" \", neighbors.get(7).distance) }",
     );
     let robot = &mut swarm.robots[0];
-    robot.vm.meet(7, &Sighting::at(Value::float(30.0)), 10);
+    robot.vm.add_neighbor(7, &Sighting::at(Value::float(30.0)), 10);
     robot.step().expect("no fault");
     assert_eq!(robot.host.last_log(), Some("1 30.0".to_owned()));
 }
 
 #[test]
-fn snapshots_last_and_know_all_their_functions() {
+fn snapshots_persist_and_have_all_functions() {
     reported(
         "if(isnil(kept)) {
            if(neighbors.count() == 2) kept = neighbors.filter(function(id, data) { return 1 })
@@ -217,7 +217,7 @@ fn snapshots_last_and_know_all_their_functions() {
 }
 
 #[test]
-fn outside_of_swarms_all_are_kin() {
+fn without_swarms_all_robots_are_kin() {
     reported(
         "log(neighbors.kin().count(), \" \", neighbors.nonkin().count())",
         &["2 0", "2 0", "2 0"],
@@ -248,7 +248,7 @@ fn functions_are_values() {
 }
 
 #[test]
-fn inside_a_listener_the_sender_is_a_neighbour() {
+fn the_sender_is_a_neighbor_in_its_listener() {
     last(
         2,
         2,

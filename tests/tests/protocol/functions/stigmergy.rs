@@ -3,7 +3,7 @@
 use super::{Full, Swarm, Tiny, last};
 
 #[test]
-fn what_one_puts_all_get() {
+fn a_put_reaches_all_robots() {
     last(
         3,
         4,
@@ -33,7 +33,7 @@ fn the_later_put_wins_and_a_put_of_nil_deletes() {
 }
 
 #[test]
-fn at_equal_clocks_the_higher_robot_wins_and_the_other_is_told() {
+fn at_equal_clocks_the_higher_robot_wins_and_the_loser_is_notified() {
     last(
         3,
         6,
@@ -136,7 +136,7 @@ fn foreach_map_and_reduce() {
 
 /// Deleted keys are remembered for a while, and the keys of all stigmergies lie beside each other.
 #[test]
-fn foreach_goes_by_the_keys_of_one_stigmergy_that_have_values() {
+fn foreach_iterates_over_keys_with_values_of_one_stigmergy() {
     last(
         2,
         3,
@@ -182,7 +182,7 @@ fn keys_and_stigmergies_of_all_kinds_travel() {
 }
 
 #[test]
-fn create_again_empties_and_keeps_handlers() {
+fn a_second_create_removes_entries_and_keeps_handlers() {
     last(
         2,
         12,
@@ -204,7 +204,7 @@ fn create_again_empties_and_keeps_handlers() {
 }
 
 #[test]
-fn a_question_is_answered() {
+fn a_query_is_answered() {
     use std::cell::Cell;
     use std::rc::Rc;
     let mut swarm: Swarm<Full> = Swarm::new(
@@ -224,7 +224,7 @@ fn a_question_is_answered() {
 }
 
 #[test]
-fn a_full_store_passes_on() {
+fn a_full_store_relays_entries() {
     // Robot 2, between the others, is full with keys of a stigmergy that only it has.
     let mut swarm: Swarm<Tiny> = Swarm::new(
         3,
@@ -245,7 +245,7 @@ fn a_full_store_passes_on() {
 }
 
 #[test]
-fn an_own_key_too_many_is_a_fault() {
+fn a_put_into_a_full_store_is_a_fault() {
     let mut swarm: Swarm<Tiny> = Swarm::new(
         1,
         "function init() { v = stigmergy.create(1) }

@@ -3,7 +3,7 @@
 use super::last;
 
 #[test]
-fn membership_is_heard_by_others() {
+fn membership_reaches_neighbors() {
     last(
         3,
         4,
@@ -21,7 +21,7 @@ fn membership_is_heard_by_others() {
 }
 
 #[test]
-fn leaving_is_heard_too() {
+fn leaving_reaches_neighbors() {
     last(
         2,
         8,

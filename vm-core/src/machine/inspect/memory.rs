@@ -23,8 +23,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns the number of slots of the heap that are in use, including garbage.
     pub fn heap_slots(&self) -> usize {
-        let beside = usize::from(self.arena.reserved) + self.arena.unused();
-        self.arena.top().saturating_sub(beside)
+        let others = usize::from(self.arena.reserved) + self.arena.unused();
+        self.arena.top().saturating_sub(others)
     }
 
     /// Returns numbers of which one changes when a slot of the heap is taken into use, and when a

@@ -105,7 +105,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub fn entries(&self, table: Value<P>) -> TableEntries<'_, P, C, SLOTS> {
         let table = match table.tag() {
             Tag::TABLE | Tag::SNAPSHOT => Some(table),
-            Tag::LIBRARY => Some(self.overlay(table)).filter(|changes| changes.is(Tag::TABLE)),
+            Tag::LIBRARY => Some(self.registered(table)).filter(|changes| changes.is(Tag::TABLE)),
             _ => None,
         };
         let table = table.map(|table| table.index());

@@ -26,7 +26,7 @@ use crate::part::Part;
 use crate::value::Value;
 
 /// The shortest time between two advertisements, in steps.
-const SHORTEST_INTERVAL: u8 = 2;
+const INTERVAL_MIN: u8 = 2;
 /// From this interval on the newest entry is no longer advertised in addition to the others.
 const LONG_INTERVAL: u8 = 10;
 /// Next to robots that have no digest, one turn out of this number advertises an entry although no
@@ -101,9 +101,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[one_copy]
     fn advertise_soon(&mut self) {
         let protocol = &mut self.protocol;
-        protocol.interval = SHORTEST_INTERVAL;
-        protocol
-            .set_timer(Timer::Advertise, protocol.timer(Timer::Advertise).min(SHORTEST_INTERVAL));
+        protocol.interval = INTERVAL_MIN;
+        protocol.set_timer(Timer::Advertise, protocol.timer(Timer::Advertise).min(INTERVAL_MIN));
     }
 
     /// Answers a neighbor that has an older value of an entry, or asks for it. The entry is sent
@@ -140,7 +139,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             // The intervals grow, and their random part keeps robots from sending at the same time.
             let random = self.random();
             let protocol = &mut self.protocol;
-            let interval = protocol.interval.max(SHORTEST_INTERVAL);
+            let interval = protocol.interval.max(INTERVAL_MIN);
             protocol.set_timer(Timer::Advertise, interval.wrapping_add(random & (interval >> 1)));
             protocol.interval = (interval + (random & 1)).min(periods.advertise);
         }
@@ -199,9 +198,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             sent = newest;
         }
         self.protocol.turn = self.protocol.turn.wrapping_add(1);
-        let mut has_entries = self.protocol.behind != 0;
+        let mut has_entries = self.protocol.unadvertised != 0;
         if has_entries {
-            self.protocol.behind -= 1;
+            self.protocol.unadvertised -= 1;
         } else if self.protocol.turn.is_multiple_of(SLOW_TURNS) {
             has_entries = self.protocol.has_dropped || self.protocol.meets_beacon;
             self.protocol.meets_beacon = false;
@@ -245,11 +244,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !self.is_comparable() || theirs == self.digest() {
             return;
         }
-        if self.protocol.behind == 0 {
+        if self.protocol.unadvertised == 0 {
             self.advertise_soon();
         }
         let used = |place: &u8| self.entry_state(self.entry_slot(*place)) != 0;
-        self.protocol.behind = (0..self.sizes().entries).filter(used).count() as u8;
+        self.protocol.unadvertised = (0..self.sizes().entries).filter(used).count() as u8;
     }
 
     /// Returns the sum of the hashes of all entries, of 24 bits. Deleted entries are not included,

@@ -39,7 +39,7 @@ const THEIR_DIGEST: i8 = 7;
 const LOCALS: usize = 7;
 
 /// The most messages that a step handles, so that a flood of messages cannot delay it for ever.
-const MOST: u8 = 32;
+const MESSAGES_MAX: u8 = 32;
 
 /// The features of images that use the network.
 pub(super) const NETWORK_FEATURES: u8 =
@@ -66,10 +66,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(base, crate::machine::record(0, Native::EXIT.position()));
         self.sp = (base + 1 + LOCALS) as u16;
         self.arena.fill(base + 1, self.sp.into());
-        self.protocol.messages_left = MOST;
+        self.protocol.messages_left = MESSAGES_MAX;
         // Messages often come in the order in which their senders were first received, see
-        // [`Vm::hear`].
-        self.protocol.heard = 0;
+        // [`Vm::record_sender`].
+        self.protocol.last_sender = 0;
         self.pc = Native::MESSAGES.position() as u16;
         if Self::has(Part::Neighbors) {
             self.age_neighbors();
@@ -186,7 +186,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Ok(());
             }
             if Self::has(Part::Neighbors) {
-                self.hear(sender, sighting, host.periods().forget);
+                self.record_sender(sender, sighting, host.periods().forget);
             }
         }
         let (topic, value) = match kind {
@@ -220,7 +220,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             _ => return Ok(()),
         };
-        let listener = self.overlay(topic);
+        let listener = self.registered(topic);
         if listener.is_nil() {
             return Ok(());
         }

@@ -29,8 +29,8 @@ pub(super) const LAST_STEP: u8 = 0x7f;
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Makes a robot a neighbour for this number of steps, as if a frame of it had been received:
     /// for hosts that have no link.
-    pub fn meet(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
-        self.hear(robot, sighting, steps);
+    pub fn add_neighbor(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
+        self.record_sender(robot, sighting, steps);
     }
 
     /// Returns the slots of neighbours: the first, and the one after the last.
@@ -114,8 +114,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Keeps a robot as a neighbour for that number of steps, or for half of it if the robot was
     /// unknown.
     #[one_copy]
-    pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, mut steps: u8) {
-        let mut place = self.protocol.heard;
+    pub(super) fn record_sender(&mut self, robot: u16, sighting: &Sighting<P>, mut steps: u8) {
+        let mut place = self.protocol.last_sender;
         if !self.is_neighbor(place, robot) {
             if self.sizes().neighbors == 0 {
                 return;
@@ -127,7 +127,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 steps /= 2;
             }
         }
-        self.protocol.heard = place + 1;
+        self.protocol.last_sender = place + 1;
         let at = self.neighbor_slot(place);
         let swarm = self.arena.slots.tag_at(at + DISTANCE).byte() & !STEP;
         let mut distance = P::NAN;
@@ -165,7 +165,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Stores the membership of the last sender in the swarm at that place.
     pub(super) fn note_swarm(&mut self, swarm: u8, is_member: bool) {
-        let Some(place) = self.protocol.heard.checked_sub(1) else { return };
+        let Some(place) = self.protocol.last_sender.checked_sub(1) else { return };
         let mut at = self.neighbor_slot(place);
         let mut bit = 1 << swarm;
         // The eighth bit does not fit next to the others, since no tag is 255.

@@ -46,7 +46,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) step: u8,
     /// 1 + the place of the neighbour that sent the last message. The next message often comes from
     /// the neighbour at the place after it.
-    pub(in crate::machine) heard: u8,
+    pub(in crate::machine) last_sender: u8,
     /// True if the script has created a swarm or a stigmergy.
     pub(in crate::machine) shares: bool,
     /// True if an entry or a swarm is to be sent when the running entry point returns.
@@ -80,7 +80,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     /// Turns of advertising, counted modulo 256.
     pub(in crate::machine) turn: u8,
     /// The number of entries that are still to be advertised because a neighbor's digest differs.
-    pub(in crate::machine) behind: u8,
+    pub(in crate::machine) unadvertised: u8,
     /// True if entries were received that are not kept, so that the digest is of no use.
     pub(in crate::machine) has_dropped: bool,
     /// True if a neighbor sends beacons without a digest: it may lack entries.
@@ -135,7 +135,7 @@ impl<P: Profile> Protocol<P> {
         timers: [0; 4],
         stigmergies: 0,
         step: 0,
-        heard: 0,
+        last_sender: 0,
         shares: false,
         has_dirty_entries: false,
         messages_left: 0,
@@ -151,7 +151,7 @@ impl<P: Profile> Protocol<P> {
         reclaimed: 0,
         age: 0,
         turn: 0,
-        behind: 0,
+        unadvertised: 0,
         has_dropped: false,
         meets_beacon: false,
         digest: 0,
@@ -173,14 +173,14 @@ impl<P: Profile> Protocol<P> {
     /// message may stay.
     pub(in crate::machine) fn forget(&mut self) {
         self.stigmergies = 0;
-        self.heard = 0;
+        self.last_sender = 0;
         self.shares = false;
         self.has_dirty_entries = false;
         self.in_message = false;
         self.conflict = Conflict::None;
         self.is_resting = false;
         self.newest = 0;
-        self.behind = 0;
+        self.unadvertised = 0;
         self.has_dropped = false;
         self.digest = 0;
         self.clock = 0;

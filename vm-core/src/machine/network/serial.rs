@@ -126,8 +126,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut rest = content;
         for index in 0..FRAGMENTS_MAX {
             let length = rest.len().min(Self::fragment_bytes());
-            let Some((content, behind)) = rest.split_at_checked(length) else { break };
-            rest = behind;
+            let Some((content, after)) = rest.split_at_checked(length) else { break };
+            rest = after;
             let last = rest.is_empty();
             let mut frame = Frame::EMPTY;
             frame.put_fragment(&Fragment { robot, number, index, last, content });

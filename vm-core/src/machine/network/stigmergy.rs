@@ -462,7 +462,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Ok(());
         }
         if Self::has(Part::Conflicts) && mine.clock == theirs.clock && mine.robot != theirs.robot {
-            let decides = self.overlay(handler(ON_CONFLICT, stigmergy));
+            let decides = self.registered(handler(ON_CONFLICT, stigmergy));
             if !decides.is_nil() {
                 self.begin_conflict(stigmergy, key, &theirs);
                 self.push(key);
@@ -534,7 +534,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         {
             // In this slot a collection finds the value.
             self.set_local(LOST, mine.value);
-            return self.tell_lost(host, stigmergy, self.arena.get(at + KEY), mine);
+            return self.call_lost_handler(host, stigmergy, self.arena.get(at + KEY), mine);
         }
         Ok(())
     }
@@ -592,20 +592,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Calls `onconflictlost`, if there is one, with the robot's own entry that lost.
-    fn tell_lost<H: Host<P>>(
+    fn call_lost_handler<H: Host<P>>(
         &mut self,
         host: &mut H,
         stigmergy: u8,
         key: Value<P>,
         lost: &Stamp<P>,
     ) -> Result<(), Stopped> {
-        let told = self.overlay(handler(ON_CONFLICT_LOST, stigmergy));
-        if told.is_nil() {
+        let callback = self.registered(handler(ON_CONFLICT_LOST, stigmergy));
+        if callback.is_nil() {
             return Ok(());
         }
         self.push(key);
         self.push_stamp(lost)?;
-        self.call_back(host, told, 2)
+        self.call_back(host, callback, 2)
     }
 }
 
