@@ -487,6 +487,7 @@ pub struct FailedEvent {
     pub text: String,
 }
 
+/// The end of a session by a defect of this program.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct DefectEvent {
