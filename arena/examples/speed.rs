@@ -1,8 +1,8 @@
 //! Measures the speed of the engine with Kilobots that wander and send two frames per second, with
 //! contacts and collisions of frames.
 //!
-//! `cargo run --locked --release -p bittybuzz-arena --example speed [THREADS [ROBOTS NEIGHBOURS]]`
-//! prints, for each number of robots and of neighbours in range, robot-seconds per second and
+//! `cargo run --locked --release -p bittybuzz-arena --example speed [THREADS [ROBOTS NEIGHBORS]]`
+//! prints, for each number of robots and of neighbors in range, robot-seconds per second and
 //! memory per robot. The memory is the growth of the process, with brains and, in small worlds, the
 //! stacks of the threads.
 
@@ -49,11 +49,11 @@ impl Brain for Wanderer {
     }
 }
 
-fn world(robots: usize, neighbours: f32, threads: usize) -> World<Wanderer> {
+fn world(robots: usize, neighbors: f32, threads: usize) -> World<Wanderer> {
     let mut settings = WorldSettings { seed: 1, threads, ..WorldSettings::default() };
     let (model, media) = (KilobotModel::STANDARD, Media::STANDARD);
     let reach = media.infrared.link.range.unwrap_or(0.0) + 2.0 * model.radius;
-    let area = robots as f32 * core::f32::consts::PI * reach * reach / neighbours;
+    let area = robots as f32 * core::f32::consts::PI * reach * reach / neighbors;
     settings.area = Area { width: area.sqrt(), height: area.sqrt() };
     let mut world = World::new(settings).expect("settings");
     let herd = world.add_herd(Arc::new(model), media).expect("numbers");
@@ -86,25 +86,25 @@ fn resident() -> Option<usize> {
 fn main() -> std::io::Result<()> {
     let arguments: Vec<usize> =
         std::env::args().skip(1).filter_map(|argument| argument.parse().ok()).collect();
-    if let [threads, robots, neighbours] = arguments[..] {
-        measure(threads, robots, neighbours as f32);
+    if let [threads, robots, neighbors] = arguments[..] {
+        measure(threads, robots, neighbors as f32);
         return Ok(());
     }
-    println!("robots  neighbours  robot-s/s  bytes/robot  heard/robot/s  collided  contact");
+    println!("robots  neighbors  robot-s/s  bytes/robot  heard/robot/s  collided  contact");
     let threads = arguments.first().copied().unwrap_or(0);
-    for neighbours in [5, 10, 20] {
+    for neighbors in [5, 10, 20] {
         for robots in [100, 1000, 5000, 20_000] {
             // Each case has a process of its own, so that none uses the memory of the last one.
-            let case = [threads, robots, neighbours].map(|number| number.to_string());
+            let case = [threads, robots, neighbors].map(|number| number.to_string());
             std::process::Command::new(std::env::current_exe()?).args(case).status()?;
         }
     }
     Ok(())
 }
 
-fn measure(threads: usize, robots: usize, neighbours: f32) {
+fn measure(threads: usize, robots: usize, neighbors: f32) {
     let before = resident();
-    let mut world = world(robots, neighbours, threads);
+    let mut world = world(robots, neighbors, threads);
     for _ in 0..100 {
         world.tick();
     }
@@ -125,7 +125,7 @@ fn measure(threads: usize, robots: usize, neighbours: f32) {
     let collided = (links.collided - old.collided) as f64;
     let touching = (world.statistics().contact_ticks - touched) as f64;
     println!(
-        "{robots:>6}  {neighbours:>10}  {:>9.0}  {bytes:>11}  {:>13.1}  {:>7.1}%  {:>6.1}%",
+        "{robots:>6}  {neighbors:>10}  {:>9.0}  {bytes:>11}  {:>13.1}  {:>7.1}%  {:>6.1}%",
         simulated / seconds,
         received / simulated,
         100.0 * collided / (received + collided),

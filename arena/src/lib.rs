@@ -1,13 +1,13 @@
 //! The simulated world in which robots move and exchange frames.
 //!
 //! # Purpose
-//! The simulator serves to develop and to evaluate a behaviour before it is flashed. It runs up to
+//! The simulator serves to develop and to evaluate a behavior before it is flashed. It runs up to
 //! 20,000 robots with the bodies and the links of the real ones, much faster than in reality.
 //!
 //! # Principles
 //! 1. **One seed, one trace**, bit for bit, on any machine and any number of threads.
 //! 2. **Frames, not messages**: the frames that a robot receives depend on the times at which its
-//!    neighbours send. Frames take time, collide, wait for a free channel and get lost.
+//!    neighbors send. Frames take time, collide, wait for a free channel and get lost.
 //! 3. **Every number has a source** (data sheet, paper, another simulator), or is marked as a
 //!    choice.
 //! 4. **Both backends share one world**: a robot has the same body, the same errors and the same
@@ -20,7 +20,7 @@
 //!   `bittybuzz-trace-reader` with `defmt-decoder`, together 51 crates. Without the feature, a
 //!   scenario with such a robot is rejected, and a WebAssembly build of the crate imports nothing.
 //!
-//! Emulators are separate programs, and their licences do not affect this crate, which has only the
+//! Emulators are separate programs, and their licenses do not affect this crate, which has only the
 //! client (`bittybuzz-emulation`).
 //!
 //! # Parts

@@ -252,7 +252,7 @@ fn a_crazyflie_respects_its_limits() {
         let now = pose(&world, id).x;
         let fast = (now - place) / 0.1;
         assert!(fast <= 1000.1, "{fast} mm/s");
-        // Mean speeds of neighbouring ticks differ by at most what 0.1 s of acceleration give.
+        // Mean speeds of neighboring ticks differ by at most what 0.1 s of acceleration give.
         assert!(fast - speed <= 360.1, "{} mm/s2", (fast - speed) / 0.1);
         (place, speed) = (now, fast);
     }

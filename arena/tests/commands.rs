@@ -116,7 +116,7 @@ fn a_copied_session_continues_equally() {
 
 /// Half a minute: `cargo test --locked --release -p bittybuzz-arena --test arena commands:: -- --ignored`.
 #[test]
-#[ignore = "takes half a minute with optimisation"]
+#[ignore = "takes half a minute with optimization"]
 fn a_thousand_random_sessions_equal_their_scenarios() {
     for seed in 0..1000 {
         replay(seed, "sessions");
@@ -125,7 +125,7 @@ fn a_thousand_random_sessions_equal_their_scenarios() {
 
 /// As long, by the same command.
 #[test]
-#[ignore = "takes half a minute with optimisation"]
+#[ignore = "takes half a minute with optimization"]
 fn a_thousand_copied_sessions_continue_equally() {
     for seed in 1000..2000 {
         copy(seed, "copies");

@@ -121,7 +121,7 @@ fn robots_that_meet_at_one_place_crash() {
     let summary = meet("meet", 30, &more);
     assert!(summary.is_success(), "{:?}", summary.convergences);
     let (tick, robot) = summary.first_crash.unwrap();
-    // They fly a metre at 500 mm/s after they have risen to 800 mm.
+    // They fly a meter at 500 mm/s after they have risen to 800 mm.
     assert!((30..=80).contains(&tick) && robot < 10, "{tick} {robot}");
     assert_eq!(summary.statistics.crashes, summary.statistics.crashes.clamp(9, 10));
 }

@@ -149,7 +149,7 @@ fn parameters_of_groups_can_be_set() {
     assert!(set(&["robots.0.link.rate=3"]).is_err(), "only infrared has a rate");
 }
 
-/// Rows are 40 mm times the root of 3/4 apart, and every second one is shifted by 20 mm: six neighbours stand at 40 mm.
+/// Rows are 40 mm times the root of 3/4 apart, and every second one is shifted by 20 mm: six neighbors stand at 40 mm.
 #[test]
 fn hexagonal_rows() {
     let folder = folder("hexagonal", &[("walk.bzz", WALK)]);

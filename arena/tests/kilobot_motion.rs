@@ -135,7 +135,7 @@ fn kilobots_do_not_drive_perfect_circles() {
     assert!(left > 50, "{left} of 100 leave their circle");
 }
 
-/// Centre and radius of the circle through three places.
+/// Center and radius of the circle through three places.
 fn circle([ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]) -> ([f64; 2], f64) {
     let (bx, by, cx, cy) = (bx - ax, by - ay, cx - ax, cy - ay);
     let double = 2.0 * (bx * cy - by * cx);

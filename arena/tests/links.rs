@@ -22,7 +22,7 @@ fn the_grid_delivers_the_same_frames_as_all_pairs() {
         let mut stream = Stream::for_brain(seed, 3);
         let (width, height) = (500.0 + 1500.0 * stream.unit(), 400.0 + 600.0 * stream.unit());
         let mut settings = Settings { seed, area: Area { width, height }, ..exact() };
-        // Two hidden terminals with equal clocks could miss a common neighbour for ever.
+        // Two hidden terminals with equal clocks could miss a common neighbor for ever.
         settings.infrared.clock_sigma = 0.05;
         settings.infrared.link.range = Some(20.0 + 150.0 * stream.unit());
         let mut world = World::new(settings).unwrap();
@@ -104,7 +104,7 @@ fn hidden_terminals_collide() {
 }
 
 #[test]
-fn carrier_sense_keeps_neighbours_from_colliding() {
+fn carrier_sense_keeps_neighbors_from_colliding() {
     let (mut postponed, mut sent) = (0, 0);
     for seed in 0..20 {
         let mut world = World::new(busy(seed)).unwrap();
@@ -276,7 +276,7 @@ fn distances_have_a_deviation_of_2_mm() {
         let measured: Vec<_> = received.iter().map(|frame| frame.distance()).collect();
         assert!(measured.len() > 1400 && measured.iter().all(|mm| mm.fract() == 0.0));
         let (mean, sigma) = moments(&measured);
-        // Whole millimetres, truncated: up to 1 mm off, and a deviation of 0.3 mm more.
+        // Whole millimeters, truncated: up to 1 mm off, and a deviation of 0.3 mm more.
         close(mean, 33.0 + gap, 1.3);
         close(sigma, 2.0, 0.35);
         assert!(received.iter().all(|frame| frame.from() == speaker.0));

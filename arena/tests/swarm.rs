@@ -38,7 +38,7 @@ fn a_circle() {
             "value = \"swarm.polarisation\"\nequals = 1\ntolerance = 0.0001",
             "value = \"swarm.contacts\"\nequals = 0",
             "value = \"swarm.components\"\nequals = 8",
-            // Of a part of them: two neighbours.
+            // Of a part of them: two neighbors.
             "robots = \"0..1\"\nvalue = \"swarm.spread\"\nequals = 76.5367\ntolerance = 0.01",
             "robots = \"0..1\"\nvalue = \"swarm.components\"\nequals = 2",
         ],

@@ -45,7 +45,7 @@ Examples:
   bbz run near.bzz --neighbor 2,50,0.7,0  with robot 2 in sight: 50 mm away, 0.7 rad to the left, level
   bbz run walk.bzz --id 3 --seed 7       as robot 3, with other random numbers
   bbz run gradient.bzz --robot kilobot --checks --steps 100    also report numbers that wrapped, memory and cycles
-  bbz run follow.bzz -I behaviours       search behaviours/ for included files
+  bbz run follow.bzz -I behaviors       search behaviors/ for included files
   bbz run blink.bbi                      what `bbz build` has made
   bbz run hello.bzz --steps 9 --json     for other programs
 

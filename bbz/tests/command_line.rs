@@ -235,7 +235,7 @@ fn only_scripts_can_be_checked_and_built() {
 
 #[test]
 fn colors_are_for_terminals_only() {
-    let folder = Folder::with("colours", "s.bzz", "log(1 +)\n");
+    let folder = Folder::with("colors", "s.bzz", "log(1 +)\n");
     assert!(!folder.bbz(&["run", "s.bzz"]).stderr.contains('\u{1b}'));
     let forced = folder.command(&["run", "s.bzz"]).env("CLICOLOR_FORCE", "1").spawn();
     assert!(support::finish(forced.unwrap()).stderr.contains('\u{1b}'));

@@ -107,7 +107,7 @@ pub enum ExprKind {
     /// `first op right op right ...`, evaluated from left to right; all operators have one
     /// [`Precedence`]
     Chain { first: Box<Expr>, links: Vec<ChainLink> },
-    /// A parenthesised expression. The node is kept because parentheses silence the warnings about
+    /// A parenthesized expression. The node is kept because parentheses silence the warnings about
     /// precedence.
     Paren(Box<Expr>),
     /// A placeholder for source in which the parser reported an error.

@@ -48,12 +48,12 @@ struct Layout {
     is_ascii: bool,
 }
 
-/// The choice of colours by ANSI escape sequences in text output.
+/// The choice of colors by ANSI escape sequences in text output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ColorChoice {
     /// Plain text.
     Never,
-    /// Coloured text for a terminal.
+    /// Colored text for a terminal.
     Always,
 }
 

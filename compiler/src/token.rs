@@ -197,7 +197,7 @@ pub fn hash_tokens(tokens: &[Token]) -> u32 {
     hash
 }
 
-/// Continues a hash with a value. The length separates neighbouring values: `"ab" "c"` is not `"a"
+/// Continues a hash with a value. The length separates neighboring values: `"ab" "c"` is not `"a"
 /// "bc"`.
 fn tagged(hash: u32, tag: u8, bytes: &[u8]) -> u32 {
     let hash = fnv_1a_from(hash, &[tag]);

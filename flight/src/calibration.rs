@@ -157,10 +157,10 @@ impl ImuCalibrator {
         if window.samples() < CALIBRATION_SAMPLES {
             return Ok(None);
         }
-        let judgement = judge(window);
-        self.0 = judgement
+        let judgment = judge(window);
+        self.0 = judgment
             .map_or_else(|_| CalibrationProgress::default(), CalibrationProgress::Calibrated);
-        judgement.map(Some)
+        judgment.map(Some)
     }
 
     /// Returns the calibration, or `None` while no window was accepted.

@@ -168,7 +168,7 @@ fn obstacle(obstacle: &RecordedObstacle) -> ObstacleDescription {
     }
 }
 
-/// Converts tenths of a millimetre to millimetres.
+/// Converts tenths of a millimeter to millimeters.
 fn mm(tenths: i64) -> f64 {
     tenths as f64 / 10.0
 }

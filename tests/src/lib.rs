@@ -7,7 +7,7 @@
 //! * `language`: every script of `bzz/`, with expectations in its comments ([`script`]);
 //! * `conformance`: the scripts of `conformance/`, each with an `.expect` file ([`conformance`]);
 //! * `malformed`: bad scripts, images and command lines from `malformed/` ([`malformed`]);
-//! * `examples`: the behaviours that are shipped in `examples/` ([`example`]).
+//! * `examples`: the behaviors that are shipped in `examples/` ([`example`]).
 //!
 //! All of them go through the built command line tool ([`bbz`]), as a user does. A test never stops at the
 //! first bad script: all failures are reported together.

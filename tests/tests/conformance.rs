@@ -2,7 +2,7 @@
 
 use bittybuzz_tests::{bbz, conformance, files, report};
 
-/// Neighbours, swarms and stigmergy: scripts for the robots' side of the language.
+/// Neighbors, swarms and stigmergy: scripts for the robots' side of the language.
 const SWARM: [&str; 3] = ["nbr_", "swarm_", "vstig_"];
 
 /// What the robot of the swarm scripts sees: id, distance, azimuth and elevation.

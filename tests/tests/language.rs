@@ -3,7 +3,7 @@
 use bittybuzz_tests::script::Script;
 use bittybuzz_tests::{bbz, files, report};
 
-/// Scripts about neighbours, swarms and stigmergy.
+/// Scripts about neighbors, swarms and stigmergy.
 const SWARM: &str = "tests/bzz/swarm/";
 
 fn run(subject: &str, paths: &[String], at_least: usize) {

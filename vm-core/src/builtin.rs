@@ -96,7 +96,7 @@ pub enum Feature {
     Numbers = 1 << 6,
 }
 
-/// The behaviour of a built-in.
+/// The behavior of a built-in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BuiltinKind {
     /// Computes its result at once.

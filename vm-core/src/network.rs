@@ -9,9 +9,9 @@ use crate::value::{Tag, Value};
 /// The memory of a machine for other robots. The size 0 leaves a part out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sizes {
-    /// The greatest number of neighbours.
+    /// The greatest number of neighbors.
     pub neighbors: u8,
-    /// True if the link measures the direction of a neighbour. Else azimuth and elevation are 0.0.
+    /// True if the link measures the direction of a neighbor. Else azimuth and elevation are 0.0.
     pub bearings: bool,
     /// The greatest number of entries of all stigmergies together, and also of stigmergies; at most
     /// 100.
@@ -24,7 +24,7 @@ pub struct Sizes {
 pub(crate) const ENTRY: usize = 5;
 
 impl Sizes {
-    /// No neighbours, no swarms, no stigmergies.
+    /// No neighbors, no swarms, no stigmergies.
     pub const NONE: Sizes = Sizes { neighbors: 0, bearings: false, entries: 0, swarms: 0 };
 
     /// Returns the sizes limited to the numbers that the slots can represent.
@@ -40,7 +40,7 @@ impl Sizes {
             + self.neighbors as usize * self.neighbor()
     }
 
-    /// Returns the number of slots of a neighbour: robot and distance, and with bearings also
+    /// Returns the number of slots of a neighbor: robot and distance, and with bearings also
     /// azimuth and elevation.
     pub(crate) const fn neighbor(&self) -> usize {
         2 + 2 * self.bearings as usize
@@ -78,7 +78,7 @@ impl<P: Profile> Default for Sighting<P> {
 pub struct Periods {
     /// Steps without a frame of its own after which a robot sends a beacon.
     pub beacon: u8,
-    /// Steps without a frame after which a neighbour is forgotten, at most 126; half of them if
+    /// Steps without a frame after which a neighbor is forgotten, at most 126; half of them if
     /// only one frame was received.
     pub forget: u8,
     /// Steps between two advertisements of stigmergy entries if nothing changes, at most 150.
@@ -86,7 +86,7 @@ pub struct Periods {
 }
 
 impl Periods {
-    /// At ten steps per second: a beacon after one second, neighbours forgotten after three, an
+    /// At ten steps per second: a beacon after one second, neighbors forgotten after three, an
     /// advertisement every two.
     pub const DEFAULT: Periods = Periods { beacon: 10, forget: 30, advertise: 20 };
 }

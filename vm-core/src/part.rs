@@ -43,7 +43,7 @@ parts! {
     Iteration = 2, "iteration", "`foreach`, `map`, `filter`, `reduce` and `clone`";
     Libraries = 3, "libraries", "libraries, swarms, stigmergies and snapshots in variables";
     Closures = 4, "closures", "functions that use `self` or variables of the function around them";
-    Neighbors = 5, "neighbors", "what is known of neighbours: `neighbors.get`, `count`, `foreach`, `kin` ...";
+    Neighbors = 5, "neighbors", "what is known of neighbors: `neighbors.get`, `count`, `foreach`, `kin` ...";
     Messages = 6, "messages", "`neighbors.broadcast`, `listen` and `ignore`";
     LongMessages = 7, "long_messages", "tables, functions and texts in messages";
     Swarms = 8, "swarms", "`swarm`";

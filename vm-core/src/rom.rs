@@ -150,7 +150,7 @@ impl Effect {
     }
 }
 
-/// The kind of a built-in: its bit of [`Feature`](builtin::Feature), and its behaviour.
+/// The kind of a built-in: its bit of [`Feature`](builtin::Feature), and its behavior.
 #[derive(Clone, Copy)]
 pub(crate) struct BuiltinFlags(u8);
 

@@ -49,7 +49,7 @@ impl Tag {
     pub const BOUND: Tag = Tag::of(0x12);
     /// String made at run time.
     pub const TEXT: Tag = Tag::of(0x13);
-    /// Snapshot of neighbours with a value for each: a table that has functions.
+    /// Snapshot of neighbors with a value for each: a table that has functions.
     pub const SNAPSHOT: Tag = Tag::of(0x15);
     /// The chain of array cells, in the head of a table. Scripts never hold it.
     pub const CHAIN: Tag = Tag::of(0x14);
@@ -346,7 +346,7 @@ impl<P: Profile> Value<P> {
         class_bit(self.tag().byte())
     }
 
-    /// Returns true if tag and payload are equal. This is equality for normalised keys, and
+    /// Returns true if tag and payload are equal. This is equality for normalized keys, and
     /// identity for tables and closures.
     #[hot]
     pub(crate) fn same(self, other: Self) -> bool {

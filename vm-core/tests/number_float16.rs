@@ -268,24 +268,24 @@ fn functions_of_every_number_are_as_documented() {
         ("power of three", |x| tiny(MathFunction::Power, 3.0, x), |x| 3f64.powf(x), 1.5),
     ];
     for (name, function, exact, allowed) in functions {
-        let (mut worst, mut neighbours) = ((0.0, 0.0), 0);
+        let (mut worst, mut neighbors) = ((0.0, 0.0), 0);
         for bits in 0..=u16::MAX {
             let x = F16(bits).to_f32();
             let (result, exact) = (F16::from_f32(function(x)), exact(x.into()));
-            neighbours += usize::from(result != F16(nearest(exact)));
+            neighbors += usize::from(result != F16(nearest(exact)));
             let error = error(result.0, exact);
             if error > worst.0 {
                 worst = (error, x);
             }
         }
-        println!("{name}: {} units off for {:e}, {neighbours} not nearest", worst.0, worst.1);
+        println!("{name}: {} units off for {:e}, {neighbors} not nearest", worst.0, worst.1);
         assert!(worst.0 <= allowed, "{name} is {} units off for {:e}", worst.0, worst.1);
         let allowed = match allowed {
             0.5 => 0,
             1.5 => 65536 / 40,
             _ => 65536 / 100,
         };
-        assert!(neighbours <= allowed, "{name}: {neighbours}");
+        assert!(neighbors <= allowed, "{name}: {neighbors}");
     }
 }
 

@@ -27,7 +27,7 @@ struct PrintedLine {
 pub fn run(bbz: &Path) -> Result<()> {
     println!("\n== {SCRIPT} on the firmware of the Crazyflie, in emulation");
     let image = CRAZYFLIE.build(None, false)?.display().to_string();
-    // The emulator is optimised, because it emulates a processor of 168 MHz.
+    // The emulator is optimized, because it emulates a processor of 168 MHz.
     cargo(&["build", "--release", "--package", "bittybuzz-emulate-stm32"])?;
     let emulator = target()?.join("release/bbz-emulate-stm32").display().to_string();
     let robot = ["--robot", CRAZYFLIE.robot];

@@ -42,7 +42,7 @@ impl Images {
             ("BITTYBUZZ_CRAZYFLIE", CRAZYFLIE.build(None, false)?),
             ("BITTYBUZZ_CRAZYFLIE_TINY", CRAZYFLIE.build_tiny(None)?),
             ("BITTYBUZZ_ZOOIDS", ZOOIDS.build(None, false)?),
-            ("BITTYBUZZ_BEHAVIOURS", KILOBOT.build_behaviours(false)?),
+            ("BITTYBUZZ_BEHAVIORS", KILOBOT.build_behaviors(false)?),
             ("BITTYBUZZ_KILOBOT", KILOBOT.build(None, false)?),
         ]))
     }
@@ -66,7 +66,7 @@ pub enum Step {
     Bench,
     /// Programs with equal results on every emulated chip and on this computer
     OnChip,
-    /// The emulators' own tests, optimised as they are used
+    /// The emulators' own tests, optimized as they are used
     Emulators,
     /// All other tests, with the images of all robots
     Tests,

@@ -13,7 +13,7 @@ use std::path::Path;
 
 /// A script that uses the clock and the LED.
 const SCRIPT: &str = "examples/blink.bzz";
-/// Number of steps, enough to see the behaviour start.
+/// Number of steps, enough to see the behavior start.
 const STEPS: &str = "12";
 /// A scenario that only a swarm can solve.
 const SWARM: &str = "examples/swarm/gradient.toml";

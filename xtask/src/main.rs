@@ -136,7 +136,7 @@ mod tests {
             "quick --all",
             "build kilobot --script a.bzz",
             "build --script a.bzz crazyflie --profile tiny",
-            "build behaviours",
+            "build behaviors",
             "sizes --json",
             "site",
             "book",

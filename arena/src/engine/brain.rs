@@ -57,9 +57,9 @@ pub struct Io<'a> {
     pub now: u64,
     /// The frames received since the last tick.
     pub inbox: TickFrames<'a>,
-    /// Light, distances, neighbours and position.
+    /// Light, distances, neighbors and position.
     pub sensors: Sensors<'a>,
-    /// Colour of the LED: the sum of 1 red, 2 green, 4 blue.
+    /// Color of the LED: the sum of 1 red, 2 green, 4 blue.
     pub led: &'a mut u8,
     pub(crate) body: Controls<'a>,
 }

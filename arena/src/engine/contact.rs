@@ -406,7 +406,7 @@ struct RoundInput<'a> {
 }
 
 impl RoundInput<'_> {
-    /// Returns a disc after its neighbours, walls and obstacles pushed it.
+    /// Returns a disc after its neighbors, walls and obstacles pushed it.
     fn pushed(&self, index: usize) -> Disc {
         let mut disc = self.discs[index];
         if !self.all && !self.awake[disc.cell as usize] {

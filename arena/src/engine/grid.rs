@@ -1,11 +1,11 @@
-//! A grid of square cells over the world, so that a robot examines only its neighbourhood.
+//! A grid of square cells over the world, so that a robot examines only its neighborhood.
 
 use core::ops::Range;
 
 use super::geometry::Area;
 
 /// A division of the world into cells. A rim of empty cells surrounds it, so that every cell has
-/// eight neighbours.
+/// eight neighbors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cells {
     left: f32,
@@ -56,7 +56,7 @@ impl Cells {
         (row + 1) * self.stride + column + 1
     }
 
-    /// Returns a cell and its eight neighbours: three rows of three.
+    /// Returns a cell and its eight neighbors: three rows of three.
     pub(crate) fn around(&self, cell: usize) -> [Range<usize>; 3] {
         [cell - self.stride, cell, cell + self.stride].map(|middle| middle - 1..middle + 2)
     }
@@ -83,7 +83,7 @@ mod tests {
     /// A point that is nearer than the side of a cell is in the cells around, in worlds of all
     /// shapes.
     #[test]
-    fn neighbours_are_around() {
+    fn neighbors_are_around() {
         let mut stream = Stream::for_brain(1, 1);
         for _ in 0..300 {
             let side = |stream: &mut Stream| 1.0 + 3000.0 * stream.unit() * stream.unit();

@@ -20,7 +20,7 @@ use super::link::{
 use super::statistics::LinkStatistics;
 use super::stream::{Stream, StreamPurpose};
 
-/// The behaviour of an intruder. Its `Debug` text contains its complete state, because digests of
+/// The behavior of an intruder. Its `Debug` text contains its complete state, because digests of
 /// runs are computed from it.
 pub trait Intruder: Debug + Send {
     /// Returns a copy that continues exactly as the original would.

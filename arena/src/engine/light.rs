@@ -25,7 +25,7 @@ const REACH_MM: f32 = 2500.0;
 
 /// Returns the reading of a robot's sensor, 0 to 1023.
 ///
-/// A lamp adds `intensity * exp(-2 d) * (1 - angle / pi)` at a distance of `d` metres, where
+/// A lamp adds `intensity * exp(-2 d) * (1 - angle / pi)` at a distance of `d` meters, where
 /// `angle` is the angle between the robot's heading and the lamp. This is the law of ARGoS' Kilobot
 /// sensor, with the sensor facing ahead.
 pub(crate) fn reading(pose: &Pose, ambient: f32, lights: &[Lamp]) -> u16 {

@@ -1,4 +1,4 @@
-//! The physical world: bodies, contacts, links and light. The behaviour of a robot is a [`Brain`].
+//! The physical world: bodies, contacts, links and light. The behavior of a robot is a [`Brain`].
 //!
 //! # One tick
 //! A tick is 100 ms ([`TICK_US`]) and has three phases:
@@ -11,7 +11,7 @@
 //! ([`World::tick_with`], [`World::roll`]).
 //!
 //! # Units
-//! Millimetres, radians (anticlockwise positive, in (-pi, pi]), seconds; microseconds inside a tick. The world is a
+//! Millimeters, radians (anticlockwise positive, in (-pi, pi]), seconds; microseconds inside a tick. The world is a
 //! rectangle with the origin in its middle, x to the right and y up.
 //!
 //! # Simplifications
@@ -20,7 +20,7 @@
 //! * All scripts see the state of the world at the beginning of the tick. Only their frames are
 //!   sent at different times within the tick.
 //! * A contact does not rotate a body, and bodies have no mass: two bodies that overlap both move
-//!   by half of the overlap. The 15 ms of spin-up of a Kilobot are too fast to be modelled here,
+//!   by half of the overlap. The 15 ms of spin-up of a Kilobot are too fast to be modeled here,
 //!   temperature is too slow. A model may simulate more, such as the attitude of a drone.
 //! * The rate of a Kilobot's clock has a constant error and does not drift. Two hidden terminals
 //!   with equal rates may therefore collide for a long time.

@@ -30,7 +30,7 @@ pub struct RobotView {
     pub radius_mm: f32,
     /// Height in mm.
     pub height_mm: f32,
-    /// Colour: the sum of 1 red, 2 green, 4 blue.
+    /// Color: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
     /// The number of crashes since the world began.
     pub crashes: u32,

@@ -68,9 +68,9 @@ pub struct RecordedObstacle {
 /// The outline of an obstacle, in tenths of mm from the middle of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RecordedOutline {
-    /// A disc: x and y of its centre, and its radius.
+    /// A disc: x and y of its center, and its radius.
     Disc([i32; 3]),
-    /// A box along the axes: x and y of its centre, width and height.
+    /// A box along the axes: x and y of its center, width and height.
     Block([i32; 4]),
     /// A thin wall: x and y of both ends.
     Wall([i32; 4]),
@@ -103,7 +103,7 @@ pub struct RecordedRobot {
     pub z: i32,
     /// 1/65536 of a full turn, 0 along x, anticlockwise.
     pub heading: u16,
-    /// Colour: the sum of 1 red, 2 green, 4 blue.
+    /// Color: the sum of 1 red, 2 green, 4 blue.
     pub led: u8,
     pub state: RobotStatus,
 }

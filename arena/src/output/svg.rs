@@ -27,7 +27,7 @@ impl Svg {
         self.text.write_fmt(element).expect(WRITTEN);
     }
 
-    /// Adds a line through points, in a colour.
+    /// Adds a line through points, in a color.
     pub fn line(&mut self, points: impl Iterator<Item = [f64; 2]>, color: &str, width: f64) {
         let mut path = String::new();
         for (number, [x, y]) in points.enumerate() {
@@ -65,7 +65,7 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// Returns a colour for each of many numbers. Steps of the golden angle give neighbouring numbers
+/// Returns a color for each of many numbers. Steps of the golden angle give neighboring numbers
 /// different hues.
 pub fn color(number: usize) -> String {
     format!("hsl({:.0},70%,42%)", (number as f64 * 137.508) % 360.0)

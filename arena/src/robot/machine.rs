@@ -34,7 +34,7 @@ const FULL: [usize; 3] =
     if cfg!(target_family = "wasm") { [1024, LARGE, LARGE] } else { [1024, 4096, LARGE] };
 const LARGE: usize = 16_384;
 
-/// The largest number of slots of a machine: those of the script and those for neighbours, swarms
+/// The largest number of slots of a machine: those of the script and those for neighbors, swarms
 /// and entries.
 pub const SLOTS_MAX: usize = LARGE;
 

@@ -57,19 +57,19 @@ pub struct Group {
 /// The places where robots start. All points are in mm.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Placement {
-    /// Rows around a centre.
+    /// Rows around a center.
     Grid {
         at: [f64; 2],
-        /// The distance between neighbouring robots in mm.
+        /// The distance between neighboring robots in mm.
         spacing: f64,
         /// The number of robots in a row.
         columns: u32,
     },
-    /// Rows around a centre, with every second row shifted by half the spacing: each robot has up
-    /// to six neighbours at the same distance.
+    /// Rows around a center, with every second row shifted by half the spacing: each robot has up
+    /// to six neighbors at the same distance.
     Hexagonal {
         at: [f64; 2],
-        /// The distance between neighbouring robots in mm.
+        /// The distance between neighboring robots in mm.
         spacing: f64,
         /// The number of robots in a row.
         columns: u32,
@@ -78,7 +78,7 @@ pub enum Placement {
     Line {
         /// The position of the first robot.
         at: [f64; 2],
-        /// The distance between neighbouring robots in mm.
+        /// The distance between neighboring robots in mm.
         spacing: f64,
         /// The direction of the row in degrees, 0 along the x axis, anticlockwise.
         direction: f64,
@@ -91,7 +91,7 @@ pub enum Placement {
     },
     /// Random places in a rectangle, without overlap.
     Random {
-        /// Centre of the rectangle.
+        /// Center of the rectangle.
         at: [f64; 2],
         /// Width and height of the rectangle in mm.
         area: [f64; 2],

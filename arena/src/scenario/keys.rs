@@ -78,7 +78,7 @@ pub const GAIN_ERROR: RangeInclusive<f64> = 0.0..=1.0;
 /// The keys of infrared, which measures distances and has a rate. The last two keys do not apply to
 /// radios.
 const IR_KEYS: &[SectionKey] = scenario_keys![
-    "range" "number" "of the model" "largest distance of reception in mm; ir: between the rims, radio: between the centres",
+    "range" "number" "of the model" "largest distance of reception in mm; ir: between the rims, radio: between the centers",
     "loss" "0 to 1 or [near, far]" "of the model" "share of lost frames on each link: one value for all distances, or for robots that touch and for the largest distance",
     "duplication" "0 to 1" "0" "share of frames that arrive twice",
     "reordering" "0 to 1" "0" "share of frames that arrive up to half a second late",
@@ -108,7 +108,7 @@ pub const SECTIONS: &[SectionKeys] = &[
     SectionKeys {
         name: WORLD,
         keys: scenario_keys![
-            "size" "[width, height]" "" "size of the ground in mm; (0, 0) is its centre, x points to the right, y up",
+            "size" "[width, height]" "" "size of the ground in mm; (0, 0) is its center, x points to the right, y up",
             "duration" "number" "" "simulated time in seconds",
             "seed" "integer" "1" "seed of all random numbers",
             "obstacles" "list of tables" "none" "discs, boxes and walls that block robots",
@@ -119,7 +119,7 @@ pub const SECTIONS: &[SectionKeys] = &[
     SectionKeys {
         name: OBSTACLE,
         keys: scenario_keys![
-            "at" "[x, y]" "" "centre of a disc or box, in mm",
+            "at" "[x, y]" "" "center of a disc or box, in mm",
             "radius" "number" "" "radius of a disc, in mm",
             "size" "[width, height]" "" "size of a box along the axes, in mm",
             "from" "[x, y]" "" "start of a thin wall, in mm",
@@ -149,8 +149,8 @@ pub const SECTIONS: &[SectionKeys] = &[
             "name" "string" "name of the robot" "name of the group in events and expectations",
             "first_id" "0 to 65535" "after the last" "id of the first robot; the others follow",
             "placement" "word" "random" "grid, hexagonal, line, circle, random or list",
-            "at" "[x, y]" "middle of the world" "centre of the grid, hexagonal rows, circle or area; start of the line; in mm",
-            "spacing" "number" "" "grid, hexagonal, line: distance between neighbouring robots in mm",
+            "at" "[x, y]" "middle of the world" "center of the grid, hexagonal rows, circle or area; start of the line; in mm",
+            "spacing" "number" "" "grid, hexagonal, line: distance between neighboring robots in mm",
             "columns" "integer" "a square" "grid, hexagonal: robots per row",
             "direction" "degrees" "0" "line: direction of the row",
             "radius" "number" "" "circle: radius in mm",
@@ -215,7 +215,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "number" "number" "" "set: the new value; an integer, or a float with a decimal point",
             "join" "robots" "" "these robots, which were not `present`, enter and start their scripts",
             "move" "robots" "" "these robots move to another place at once",
-            "to" "[x, y]" "" "move: new centre of these robots, in mm",
+            "to" "[x, y]" "" "move: new center of these robots, in mm",
             "by" "[x, y]" "" "move: displacement of each robot, in mm",
             "heading" "degrees" "unchanged" "move: new heading",
             "battery" "robots" "" "the batteries of these robots have a constant voltage from now on",

@@ -42,7 +42,7 @@ pub enum Quantity {
     Heading,
     /// The distance on the ground to a point, in mm.
     Distance([f64; 2]),
-    /// The colour that the LED shows, 0 to 7.
+    /// The color that the LED shows, 0 to 7.
     Led,
     /// The number of robots whose frames it has received recently.
     Neighbors,
@@ -87,9 +87,9 @@ pub enum Quantity {
 pub enum Swarm {
     /// The agreement of their headings: the length of the mean of unit vectors, 0 to 1.
     Polarisation,
-    /// The mean distance from a robot to its nearest neighbour, in mm between the middles.
+    /// The mean distance from a robot to its nearest neighbor, in mm between the middles.
     Nearest,
-    /// The root mean square of the distances to their centre, in mm on the ground.
+    /// The root mean square of the distances to their center, in mm on the ground.
     Spread,
     /// The number of pairs that touch.
     Contacts,

@@ -39,14 +39,14 @@ pub struct ObstacleSection {
 pub enum Outline {
     /// A disc.
     Disc {
-        /// The centre in mm.
+        /// The center in mm.
         at: [f64; 2],
         /// The radius in mm.
         radius: f64,
     },
     /// A rectangle along the axes.
     Block {
-        /// The centre in mm.
+        /// The center in mm.
         at: [f64; 2],
         /// Width and height in mm.
         size: [f64; 2],

@@ -60,7 +60,7 @@ mod tests {
     const TEXT: &str = "\
 # A small swarm.
 [world]
-size = [800, 600] # millimetres
+size = [800, 600] # millimeters
 duration = 60
 obstacles = [{ at = [300, 200], radius = 20 }]
 

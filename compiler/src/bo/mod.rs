@@ -1,7 +1,7 @@
 //! Imports Buzz object files (`.bo`), as the compiler of the reference implementation writes them,
 //! and compiles them to the same image as their source.
 //!
-//! That compiler does not optimise, so the statements of the script can be recovered from its
+//! That compiler does not optimize, so the statements of the script can be recovered from its
 //! instructions, except for the names of locals and the numbers of parameters. [`import`] builds a
 //! syntax tree from them and compiles it like any other, so all checks and the code generator work
 //! on a `.bo` file, too. Code from other compilers is refused instead of guessed at.

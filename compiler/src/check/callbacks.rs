@@ -25,7 +25,7 @@ enum Role {
     Key,
     /// The number (`id`) of a robot.
     Id,
-    /// The table with the position of a neighbour.
+    /// The table with the position of a neighbor.
     Data,
     /// Any value.
     Value,
@@ -79,7 +79,7 @@ fn roles(info: &BuiltinInfo) -> Option<(usize, &'static [Role])> {
 const VALUE_NAMES: [&str; 6] = ["value", "val", "v", "data", "msg", "message"];
 /// Parameter names that suggest a key or the number of a robot.
 const KEY_NAMES: [&str; 6] = ["key", "k", "id", "rid", "topic", "robot_id"];
-/// The fields of a neighbour's data.
+/// The fields of a neighbor's data.
 const NEIGHBOR_FIELDS: [&str; 3] = ["distance", "azimuth", "elevation"];
 
 /// Checks every callback of a script.
@@ -143,7 +143,7 @@ impl CallbackChecker<'_> {
     fn call(&mut self, callee: &CheckedExpr, args: &[CheckedExpr]) {
         let Some(info) = self.callee(callee) else { return };
         let Some((at, mut roles)) = roles(info) else { return };
-        // `kin()`, `nonkin()` and filters keep the data of neighbours unchanged.
+        // `kin()`, `nonkin()` and filters keep the data of neighbors unchanged.
         if info.library == Library::Snapshot && self.is_of_neighbors(callee) {
             roles = match roles.len() {
                 2 => &[Role::Id, Role::Data],
@@ -201,7 +201,7 @@ impl CallbackChecker<'_> {
         }
     }
 
-    /// Returns true if the callee is a method of a snapshot that holds the data of neighbours
+    /// Returns true if the callee is a method of a snapshot that holds the data of neighbors
     /// unchanged.
     fn is_of_neighbors(&self, callee: &CheckedExpr) -> bool {
         let CheckedExprKind::Field { object, .. } = &callee.kind else { return false };
@@ -300,7 +300,7 @@ impl CallbackChecker<'_> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Checks a field of a neighbour's data that is read.
+    /// Checks a field of a neighbor's data that is read.
     fn field(&mut self, key: &str, span: Span) {
         if NEIGHBOR_FIELDS.contains(&key) || self.fields.contains(key) {
             return;

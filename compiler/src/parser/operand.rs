@@ -17,7 +17,7 @@ impl Parser<'_> {
             TokenKind::Fixed(FixedToken::Plus | FixedToken::Minus) => return self.signed(),
             TokenKind::Fixed(FixedToken::Not) => return self.misplaced_not(),
             TokenKind::Fixed(FixedToken::Function) => self.lambda(),
-            TokenKind::Fixed(FixedToken::OpenParen) => self.parenthesised(),
+            TokenKind::Fixed(FixedToken::OpenParen) => self.parenthesized(),
             TokenKind::Fixed(FixedToken::OpenBrace) => {
                 self.table().inspect(|table| self.complain_about_table(table))
             }
@@ -96,7 +96,7 @@ impl Parser<'_> {
         Ok(self.expr(ExprKind::Unary { op: UnaryOp::Not, operand }, start))
     }
 
-    fn parenthesised(&mut self) -> Parse<Expr> {
+    fn parenthesized(&mut self) -> Parse<Expr> {
         let start = self.span();
         self.open();
         let inner = self.enclosed("an operator or `)`", Self::condition)?;

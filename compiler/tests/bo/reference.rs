@@ -1,6 +1,6 @@
 //! The reference compiler: from a syntax tree to the assembly text that it writes for it.
 //!
-//! It does not optimise; every construct has one sequence of instructions. The tests at the end compare it with what
+//! It does not optimize; every construct has one sequence of instructions. The tests at the end compare it with what
 //! the real one made.
 
 use bittybuzz_compiler::ast::{

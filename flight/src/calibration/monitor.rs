@@ -20,7 +20,7 @@
 //! The high-pass is a quarter of the second difference, (x₀ − 2 x₁ + x₂) / 4, with the gain
 //! sin²(π f / rate).
 //!
-//! Manoeuvres do not pass: the rotors need tens of milliseconds to change a torque that accelerates
+//! Maneuvers do not pass: the rotors need tens of milliseconds to change a torque that accelerates
 //! by at most 500 rad/s², which gives 0.1 °/s here.
 //!
 //! Vibration passes and must not be a fault. Expected are 380 to 470 Hz, up to 2 g, and up to

@@ -1,4 +1,4 @@
-//! Tests of the facts that all shipped robot files must fulfil, and of `find`.
+//! Tests of the facts that all shipped robot files must fulfill, and of `find`.
 
 use bittybuzz_robot_files::{all_shipped, find, shipped};
 use bittybuzz_robot_spec::{Robot, takes_count};
@@ -58,7 +58,7 @@ fn shared_functions_agree() {
     }
 }
 
-/// The functions that the behaviours shipped with the C BittyBuzz call on each robot, with the
+/// The functions that the behaviors shipped with the C BittyBuzz call on each robot, with the
 /// number of arguments; `delay`, `rand`, `math.min` and `print` are built-ins here.
 #[test]
 fn robots_have_the_functions_of_the_reference_behaviors() {

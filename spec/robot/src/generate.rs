@@ -37,7 +37,7 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
             "Bytes of them for messages that wait, which are not in the machine.",
         ),
         ("SLOTS", vm.slots, "Slots of the arena."),
-        ("NEIGHBORS", vm.neighbors, "Neighbours remembered at a time."),
+        ("NEIGHBORS", vm.neighbors, "Neighbors remembered at a time."),
         ("BEARINGS", u32::from(vm.bearings), "1 if it is known in which direction they are."),
         ("IN_QUEUE", vm.in_queue, "Messages that can wait to be read."),
         ("OUT_QUEUE", vm.out_queue, "Messages that can wait to be sent."),
@@ -45,7 +45,7 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
         ("SWARMS", vm.swarms, "Swarms known at a time."),
         ("FRAME_BYTES", robot.frame_bytes(), "Bytes of a frame: its type and a message."),
         ("BEACON_STEPS", vm.beacon_steps, "Steps of silence before a beacon."),
-        ("FORGET_STEPS", vm.forget_steps, "Steps after which a neighbour is forgotten."),
+        ("FORGET_STEPS", vm.forget_steps, "Steps after which a neighbor is forgotten."),
         ("ADVERTISE_STEPS", vm.advertise_steps, "Steps between two advertisements of entries."),
     ] {
         writeln!(out, "/// {help}\npub const {name}: usize = {value};")?;

@@ -177,9 +177,9 @@ pub struct VmSizes {
     pub memory: u32,
     /// Slots of the arena that holds globals, heap and stack; see [`Robot::slot_bytes`].
     pub slots: u32,
-    /// The largest number of neighbours that are remembered; 0 leaves `neighbors` out.
+    /// The largest number of neighbors that are remembered; 0 leaves `neighbors` out.
     pub neighbors: u32,
-    /// True if the robot measures the direction of a neighbour; true if left out.
+    /// True if the robot measures the direction of a neighbor; true if left out.
     pub bearings: bool,
     /// Messages that can wait to be read by the script.
     pub in_queue: u32,
@@ -194,7 +194,7 @@ pub struct VmSizes {
     pub maths: bool,
     /// Steps of silence after which a beacon is sent; 10 if left out.
     pub beacon_steps: u32,
-    /// Steps without a message after which a neighbour is forgotten; 30 if left out.
+    /// Steps without a message after which a neighbor is forgotten; 30 if left out.
     pub forget_steps: u32,
     /// Steps between two advertisements of stigmergy entries while nothing changes; 20 if left out.
     pub advertise_steps: u32,

@@ -91,7 +91,7 @@ impl Robot {
             + 2 * self.of_chip(QUEUE)
     }
 
-    /// Returns the bytes for neighbours, messages, stigmergies and swarms. A listener or a conflict
+    /// Returns the bytes for neighbors, messages, stigmergies and swarms. A listener or a conflict
     /// handler is a value of the script and does not count.
     fn swarm_memory(&self) -> u32 {
         let content = u32::from(FRAGMENTS_MAX) * (self.frame_bytes() - FRAGMENT_HEAD as u32);

@@ -39,15 +39,15 @@ pub fn ear() -> PathBuf {
         .map_or_else(|| kilobot().with_file_name("bittybuzz-kilobot-ear.elf"), PathBuf::from)
 }
 
-/// The image of a behavior of `examples/kilobot`. `BITTYBUZZ_BEHAVIOURS` names another folder than the one where `cargo xtask build
-/// behaviours` puts them.
+/// The image of a behavior of `examples/kilobot`. `BITTYBUZZ_BEHAVIORS` names another folder than the one where `cargo xtask build
+/// behaviors` puts them.
 pub fn behavior(name: &str) -> PathBuf {
-    let folder = match std::env::var_os("BITTYBUZZ_BEHAVIOURS") {
+    let folder = match std::env::var_os("BITTYBUZZ_BEHAVIORS") {
         Some(folder) => PathBuf::from(folder),
-        None => bbz::root().join("firmware/kilobot-avr/target/behaviours"),
+        None => bbz::root().join("firmware/kilobot-avr/target/behaviors"),
     };
     let path = folder.join(name).with_extension("elf");
-    assert!(path.exists(), "no {}: run `cargo xtask build behaviours` first", path.display());
+    assert!(path.exists(), "no {}: run `cargo xtask build behaviors` first", path.display());
     path
 }
 

@@ -4,7 +4,7 @@
 
 mod backends;
 mod battery;
-mod behaviours;
+mod behaviors;
 mod board;
 mod brown_out;
 mod cable;

@@ -93,10 +93,10 @@ pub fn run(item: &str) -> Result<Verdict> {
 }
 
 fn medians() -> Result<Verdict> {
-    let behaviours = KILOBOT.build_behaviours(true)?;
-    let chosen = ["--package", "bittybuzz-hil", "--test", "hil", "--", "behaviours::"];
+    let behaviors = KILOBOT.build_behaviors(true)?;
+    let chosen = ["--package", "bittybuzz-hil", "--test", "hil", "--", "behaviors::"];
     let line = cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
-    let line = line.env("BITTYBUZZ_BEHAVIOURS", &behaviours.display().to_string());
+    let line = line.env("BITTYBUZZ_BEHAVIORS", &behaviors.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;
     let printed = String::from_utf8_lossy(&output.stdout);
     // The lines that the tests print themselves.

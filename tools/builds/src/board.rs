@@ -67,11 +67,11 @@ pub const KILOBOT: FirmwareBuild = FirmwareBuild {
 /// All boards.
 pub const BOARDS: [&FirmwareBuild; 3] = [&CRAZYFLIE, &ZOOIDS, &KILOBOT];
 
-/// The name of [`BEHAVIOURS`] as an argument of `build`.
-const BEHAVIOURS_BOARD: &str = "behaviours";
+/// The name of [`BEHAVIORS`] as an argument of `build`.
+const BEHAVIORS_BOARD: &str = "behaviors";
 
-/// The folder of the behaviours, each of which has an image of its own, from the root.
-pub const BEHAVIOURS: &str = "examples/kilobot";
+/// The folder of the behaviors, each of which has an image of its own, from the root.
+pub const BEHAVIORS: &str = "examples/kilobot";
 
 /// The script of a board if no other is named, in the board's folder.
 const OWN_SCRIPT: &str = "hello.bzz";
@@ -79,8 +79,8 @@ const OWN_SCRIPT: &str = "hello.bzz";
 /// Options of `build`.
 #[derive(Debug, clap::Args)]
 pub struct BoardArguments {
-    /// Which firmware; `behaviours` is an image for each of examples/kilobot
-    #[arg(value_parser = ["crazyflie", "zooids", "kilobot", BEHAVIOURS_BOARD])]
+    /// Which firmware; `behaviors` is an image for each of examples/kilobot
+    #[arg(value_parser = ["crazyflie", "zooids", "kilobot", BEHAVIORS_BOARD])]
     board: String,
     /// The script in it; its own `hello.bzz` if none is given
     #[arg(long, value_name = "FILE")]
@@ -90,10 +90,10 @@ pub struct BoardArguments {
     profile: Option<String>,
 }
 
-/// Builds an image, or the images of the behaviours, and prints the paths and sizes.
+/// Builds an image, or the images of the behaviors, and prints the paths and sizes.
 pub fn run(arguments: &BoardArguments) -> Result<()> {
-    if arguments.board == BEHAVIOURS_BOARD {
-        println!("{}", KILOBOT.build_behaviours(false)?.display());
+    if arguments.board == BEHAVIORS_BOARD {
+        println!("{}", KILOBOT.build_behaviors(false)?.display());
         return Ok(());
     }
     let board = BOARDS.into_iter().find(|board| board.robot == arguments.board);
@@ -133,13 +133,13 @@ impl FirmwareBuild {
         Ok(self.image_in(&target))
     }
 
-    /// Builds an image for each of the behaviours, with the parts of the machine that the behaviour
-    /// uses. Tests run each behaviour on its own image. Returns the folder of the images, which are
+    /// Builds an image for each of the behaviors, with the parts of the machine that the behavior
+    /// uses. Tests run each behavior on its own image. Returns the folder of the images, which are
     /// named after their scripts.
-    pub fn build_behaviours(&self, quiet: bool) -> Result<PathBuf> {
-        let folder = target_of(self.folder).join("behaviours");
+    pub fn build_behaviors(&self, quiet: bool) -> Result<PathBuf> {
+        let folder = target_of(self.folder).join("behaviors");
         fs::create_dir_all(&folder)?;
-        let scripts = root().join(BEHAVIOURS);
+        let scripts = root().join(BEHAVIORS);
         for entry in fs::read_dir(&scripts)? {
             let script = entry?.path();
             let (Some(name), true) =

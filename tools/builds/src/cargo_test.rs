@@ -21,7 +21,7 @@ pub fn guides(wanted: &str, chosen: &[&str]) -> Invocation {
         .env("BITTYBUZZ_GUIDES", wanted)
 }
 
-/// Packages that are tested with optimisation, as they are used.
+/// Packages that are tested with optimization, as they are used.
 pub const EMULATORS: [&str; 7] = [
     "bittybuzz-core-tests",
     "bittybuzz-emulate-avr",

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 /// own settings. They are a file, because environment variables can change a setting for all
 /// packages, but not for one.
 ///
-/// With the repository's optimisation level, the simulator takes a minute to build, and most guides
+/// With the repository's optimization level, the simulator takes a minute to build, and most guides
 /// build it.
 const SETTINGS: &str = "[profile.dev.package.bittybuzz-arena]\nopt-level = 0\n";
 

@@ -4,7 +4,7 @@
 
 mod documented;
 mod floors;
-mod licences;
+mod licenses;
 mod locked;
 mod names;
 mod prose;

@@ -1,6 +1,6 @@
 //! Finds the registers and flags that are still read after each instruction.
 //!
-//! All functions are analysed together: a call reads the arguments of its callee, and the results
+//! All functions are analyzed together: a call reads the arguments of its callee, and the results
 //! of a function are the registers that at least one of its callers reads. Functions outside the
 //! listing are unknown, so a call of one reads everything.
 

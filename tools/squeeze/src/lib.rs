@@ -1,6 +1,6 @@
 //! Makes the AVR assembly that LLVM writes smaller.
 //!
-//! LLVM's back end for the AVR lacks optimisations that a chip with 32 kB of flash needs:
+//! LLVM's back end for the AVR lacks optimizations that a chip with 32 kB of flash needs:
 //! conditional branches that go straight to their targets; an order of blocks and functions that
 //! saves jumps and long calls; entry and exit code that functions share (`-mcall-prologues` of
 //! GCC); outlining; and the tracking of copies over whole functions and calls. This crate applies
@@ -27,7 +27,7 @@
 //! more, and two bytes of stack while it runs. The proof takes some seconds of each build.
 //!
 //! # What it will not do
-//! It does not allocate registers anew, analyse memory, or take code out of hot functions, except
+//! It does not allocate registers anew, analyze memory, or take code out of hot functions, except
 //! for ends that other code has, too. It refuses programs with jump tables, with several modules,
 //! or with code that accesses SREG by its address. It proves nothing about the cycles of code that
 //! runs with interrupts on, nor about the linker, which makes calls and jumps shorter afterwards.

@@ -275,7 +275,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
-    /// Returns the value under a normalised key, nil if there is none.
+    /// Returns the value under a normalized key, nil if there is none.
     #[one_copy]
     pub(crate) fn table_get(&self, table: usize, key: Value<P>) -> Value<P> {
         if let Some(index) = Self::array_index(key)
@@ -286,14 +286,14 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.pair(table, key)
     }
 
-    /// Returns the value of the pair with a normalised key, nil if there is none.
+    /// Returns the value of the pair with a normalized key, nil if there is none.
     #[one_copy]
     pub(crate) fn pair(&self, table: usize, key: Value<P>) -> Value<P> {
         let slot = self.find_pair(table, key);
         if slot == 0 { Value::nil() } else { self.get_fast(slot + 1) }
     }
 
-    /// Stores a value under a normalised key that is not nil; the value nil removes the key.
+    /// Stores a value under a normalized key that is not nil; the value nil removes the key.
     /// Changes nothing on failure, and cannot fail if the table already has the key.
     #[one_copy]
     pub(crate) fn table_set(

@@ -1,7 +1,7 @@
 //! Built-ins that call script functions or wait. Each has a frame; [`Vm::resume`] continues it when
 //! the callback has returned, or when the machine runs again.
 //!
-//! The first argument is the source of the iteration: a table, a snapshot of neighbours, a
+//! The first argument is the source of the iteration: a table, a snapshot of neighbors, a
 //! stigmergy, or `neighbors` itself.
 
 use super::network::is_of_neighbors;

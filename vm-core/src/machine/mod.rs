@@ -136,9 +136,9 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     /// The image of the program.
     code: Option<C>,
     header: ImageHeader,
-    /// The first slot of the network: neighbours, entries, stigmergies, swarms.
+    /// The first slot of the network: neighbors, entries, stigmergies, swarms.
     network_base: u16,
-    /// True if the script uses neighbours, swarms or stigmergies.
+    /// True if the script uses neighbors, swarms or stigmergies.
     uses_network: bool,
     protocol: Protocol<P>,
     // Last, so that the AVR reaches the other fields with short instructions.
@@ -375,7 +375,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Makes the script ready to start again after a fault, with [`Entry::Global`]: its globals are
-    /// nil and its listeners are gone. The machine keeps neighbours, stigmergies with their clocks,
+    /// nil and its listeners are gone. The machine keeps neighbors, stigmergies with their clocks,
     /// the state of the random numbers and the counters, and leaves all swarms.
     ///
     /// Until the global code begins, a step handles messages and nothing else: the robot still

@@ -10,7 +10,7 @@
 //! A number with exponent 0 is zero whatever its fraction (there are no subnormals). With exponent
 //! 63 it is infinity if the fraction is 0 and NaN otherwise; only [`F16::NAN`] is ever produced.
 //! Magnitudes run from 2^-30 to just below 2^32. This is more range than IEEE's binary16 has, since
-//! distances in millimetres and their squares occur in the same script.
+//! distances in millimeters and their squares occur in the same script.
 //!
 //! Arithmetic is done by [`Float`]. [`F16::pack`] rounds its results once, so they are correctly
 //! rounded.

@@ -5,7 +5,7 @@
 //! at gaps of 0, 5, ... 65 mm. The tables of real robots were never published. The tables here fall
 //! like the intensity of light that spreads out, saturate where the high gain does, and overlap
 //! where kilolib blends the two gains (700 to 900). They affect a distance as on real robots: the
-//! result is in whole millimetres, coarser far away, with no table entry beyond the end.
+//! result is in whole millimeters, coarser far away, with no table entry beyond the end.
 
 /// Converter readings of the high gain at gaps of 0, 5, ... 65 mm.
 const HIGH_GAIN_READINGS: [i32; 14] =
@@ -100,7 +100,7 @@ mod tests {
         }
     }
 
-    /// The measurement inverts the tables within the truncation of kilolib's whole millimetres and
+    /// The measurement inverts the tables within the truncation of kilolib's whole millimeters and
     /// the converter's steps.
     #[test]
     fn measured_distances_are_close_to_the_true_ones() {

@@ -8,7 +8,7 @@
 //! A Kilobot has no serial input: its receive pin is the one that shows charging. So the computer
 //! sends to Kilobots through the overhead controller, which every lab with Kilobots has. The
 //! listening Kilobot is emulated with its image (`firmware/kilobot-avr/src/bin/ear.rs`); computer,
-//! dongles and controller are modelled here only by their delays.
+//! dongles and controller are modeled here only by their delays.
 //!
 //! Messages for infrared wait in a queue like that of a robot, which drops stale and duplicate
 //! ones. The infrared channel has little capacity, so the computer sends its messages [`LIGHT_PAUSE`]

@@ -145,7 +145,7 @@ mod tests {
         send(&mut air, 0, 20);
         send(&mut air, 1, 200);
         // Robot 2 receives both frames, robot 3 only the first. Both senders receive nothing while
-        // they transmit, which is not modelled here.
+        // they transmit, which is not modeled here.
         let receives = |receiver: usize, sender: usize| receiver != 3 || sender == 0;
         let mut received = receivers(&air.carry(us(390), 4, receives));
         received.extend(receivers(&air.carry(us(520), 4, receives)));

@@ -451,7 +451,7 @@ impl Atmega328p {
         let was = timer.flags & CAPTURE != 0;
         timer.capture();
         if timer.tccrb & CANCEL_NOISE != 0 {
-            // The noise canceller waits for four equal samples (16.6.2).
+            // The noise canceler waits for four equal samples (16.6.2).
             let mut later = timer.clone();
             later.compute(io + 4);
             timer.icr = later.count();

@@ -10,7 +10,7 @@ pub const COMPARE_A: u8 = 1 << 1;
 pub const COMPARE_B: u8 = 1 << 2;
 pub const CAPTURE: u8 = 1 << 5;
 
-/// Bits of TCCR1B: input capture on the rising edge, and its noise canceller.
+/// Bits of TCCR1B: input capture on the rising edge, and its noise canceler.
 pub const RISING: u8 = 1 << 6;
 pub const CANCEL_NOISE: u8 = 1 << 7;
 

@@ -53,7 +53,7 @@ const CHARGING: u8 = 0;
 const RECEIVER: u8 = 2;
 /// The LED's three colors, each with a weak and a strong segment: port and pin. A segment shines
 /// while its pin is an output at 0.
-const COLOURS: [[(usize, u8); 2]; 3] = [[(D, 5), (D, 4)], [(C, 3), (C, 2)], [(C, 5), (C, 4)]];
+const COLORS: [[(usize, u8); 2]; 3] = [[(D, 5), (D, 4)], [(C, 3), (C, 2)], [(C, 5), (C, 4)]];
 /// Pins of OC2A and OC2B, the outputs for the left and the right motor.
 const MOTORS: [(usize, u8); 2] = [(B, 3), (D, 3)];
 
@@ -463,7 +463,7 @@ impl Kilobot {
         }
         self.settle_comparator();
         self.observe_motors();
-        let color = COLOURS.map(|[weak, strong]| {
+        let color = COLORS.map(|[weak, strong]| {
             let shines = |(port, pin): (usize, u8)| {
                 let port = self.chip.ports[port];
                 u8::from(port.direction & !port.port & 1 << pin != 0)

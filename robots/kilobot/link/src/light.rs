@@ -1,4 +1,4 @@
-//! The RGB LED. It has two lamps of each colour, so four brightnesses.
+//! The RGB LED. It has two lamps of each color, so four brightnesses.
 
 use crate::clock::units;
 

@@ -3,7 +3,7 @@
 //!
 //! A frame is 41 black or white patterns of 333 µs each: a black one; ten for the column and ten
 //! for the row, both in Gray code with the most significant bit first; 20 white ones. The Gray
-//! codes of neighbouring pixels differ in one pattern. A photodiode that moves during a frame is
+//! codes of neighboring pixels differ in one pattern. A photodiode that moves during a frame is
 //! therefore off by at most one pixel, and one between two pixels yields one of them. (SwarmUI:
 //! config.h, sensors.c, the projector's bitmaps.)
 //!

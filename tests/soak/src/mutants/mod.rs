@@ -11,7 +11,7 @@ mod zooids;
 use crate::Verdict;
 use crate::sources;
 use anyhow::{Result, bail};
-use bittybuzz_builds::board::{BEHAVIOURS, CRAZYFLIE, FirmwareBuild, KILOBOT, ZOOIDS};
+use bittybuzz_builds::board::{BEHAVIORS, CRAZYFLIE, FirmwareBuild, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{SKIP_SLOW, all_tests, cargo_test};
 use bittybuzz_builds::copy::Copy;
 use bittybuzz_builds::shell::{Invocation, target};
@@ -47,8 +47,8 @@ enum Tests {
     OfImage {
         board: &'static FirmwareBuild,
         variable: &'static str,
-        /// Behaviours of `examples/kilobot` whose images it replaces; it is built with the parts of the machine that the first uses.
-        behaviours: &'static [&'static str],
+        /// Behaviors of `examples/kilobot` whose images it replaces; it is built with the parts of the machine that the first uses.
+        behaviors: &'static [&'static str],
         modules: &'static [&'static str],
     },
     /// The tests of the packages that the mistakes are in, and of those built from them.
@@ -62,7 +62,7 @@ const SUBJECTS: &[Subject] = &[
         tests: Tests::OfImage {
             board: &CRAZYFLIE,
             variable: "BITTYBUZZ_CRAZYFLIE",
-            behaviours: &[],
+            behaviors: &[],
             modules: &[
                 "link",
                 "nrf51",
@@ -87,7 +87,7 @@ const SUBJECTS: &[Subject] = &[
         tests: Tests::OfImage {
             board: &ZOOIDS,
             variable: "BITTYBUZZ_ZOOIDS",
-            behaviours: &[],
+            behaviors: &[],
             modules: &[
                 "debugger",
                 "zooid_failures",
@@ -108,7 +108,7 @@ const SUBJECTS: &[Subject] = &[
             board: &KILOBOT,
             variable: "BITTYBUZZ_KILOBOT",
             // The first uses messages and distances, the other one messages.
-            behaviours: &["gradient", "broadcast"],
+            behaviors: &["gradient", "broadcast"],
             modules: &[
                 "kilobots",
                 "kilobot_board",
@@ -204,10 +204,10 @@ impl Tests {
     /// Returns the output of the tests. Cargo stops after the first program of tests with a failure.
     fn run(&self, copy: &Copy, folder: &Path) -> Result<String> {
         let line = match self {
-            Tests::OfImage { board, variable, behaviours, modules } => {
+            Tests::OfImage { board, variable, behaviors, modules } => {
                 let target = folder.join(board.robot);
-                let image = build(board, copy, &target, behaviours.first())?;
-                let images = target.join("behaviours");
+                let image = build(board, copy, &target, behaviors.first())?;
+                let images = target.join("behaviors");
                 // A filter matches any part of a name, so it would also choose the modules of other
                 // robots, whose images are not built here.
                 let others: &[&str] = match board.robot {
@@ -220,12 +220,12 @@ impl Tests {
                 let modules: Vec<&str> = modules.iter().map(String::as_str).collect();
                 let filters = [&modules[..], &SKIP_SLOW, others].concat();
                 let bytes = fs::read(&image)?;
-                for name in *behaviours {
+                for name in *behaviors {
                     sources::write(&images.join(name).with_extension("elf"), &bytes)?;
                 }
                 all_tests(&["--test", "hil"], &filters)
                     .env(variable, &image.display().to_string())
-                    .env("BITTYBUZZ_BEHAVIOURS", &images.display().to_string())
+                    .env("BITTYBUZZ_BEHAVIORS", &images.display().to_string())
             }
             Tests::OfPackages(packages) => {
                 let packages = packages.iter().flat_map(|package| ["--package", package]);
@@ -245,12 +245,12 @@ fn build(
     board: &FirmwareBuild,
     copy: &Copy,
     target: &Path,
-    behaviour: Option<&&str>,
+    behavior: Option<&&str>,
 ) -> Result<PathBuf> {
     let mut line = Invocation::cargo(&["build", "--release"])
         .env("CARGO_TARGET_DIR", &target.display().to_string());
-    if let Some(name) = behaviour {
-        let script = copy.root().join(BEHAVIOURS).join(name).with_extension("bzz");
+    if let Some(name) = behavior {
+        let script = copy.root().join(BEHAVIORS).join(name).with_extension("bzz");
         line = line.env("BBZ_SCRIPT", &script.display().to_string());
     }
     in_copy(line, copy, board.folder).run()?;

@@ -121,7 +121,7 @@ fn replicas_of_tables_are_equal_a_minute_after_a_restart() {
 }
 
 #[test]
-#[ignore = "20 s with optimisation"]
+#[ignore = "20 s with optimization"]
 fn replicas_of_tables_are_equal_after_a_thousand_restarts() {
     replicas_are_equal_after_restarts(0..1000);
 }

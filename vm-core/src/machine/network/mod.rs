@@ -1,4 +1,4 @@
-//! The network: neighbours, swarms, stigmergies, and the messages that carry them.
+//! The network: neighbors, swarms, stigmergies, and the messages that carry them.
 //!
 //! # Seam
 //! Interpreter and network are parts of one machine. The network uses the machine's memory, frames
@@ -18,7 +18,7 @@
 //! | A built-in iterates | [`Vm::need_source`], [`Vm::next_known`], [`Vm::is_chosen`], [`Vm::is_in_swarm`] |
 //!
 //! # Memory
-//! Neighbours, entries, stigmergies and swarms are slots of the arena from [`Vm::network_base`] on,
+//! Neighbors, entries, stigmergies and swarms are slots of the arena from [`Vm::network_base`] on,
 //! after those of the script, in this order. [`Sizes`] holds their numbers; it is set before an
 //! image is loaded.
 
@@ -57,7 +57,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// True if the machine has a part whose state is shared between robots.
     pub(super) const HAS_SHARED_STATE: bool = Self::has(Part::Stigmergy) || Self::has(Part::Swarms);
 
-    /// True if scripts can iterate over neighbours.
+    /// True if scripts can iterate over neighbors.
     pub(super) const ITERATES_NEIGHBORS: bool =
         Self::has(Part::Neighbors) && Self::has(Part::Iteration);
 
@@ -89,7 +89,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Returns the first slot of the entries, after the neighbours.
+    /// Returns the first slot of the entries, after the neighbors.
     #[hot]
     pub(super) fn entries_at(&self) -> usize {
         let sizes = self.sizes();
@@ -172,7 +172,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
-    /// Pushes the next neighbour, or the next entry of a stigmergy. Slot `at` holds the position of
+    /// Pushes the next neighbor, or the next entry of a stigmergy. Slot `at` holds the position of
     /// the iteration. Returns false if there is no next one.
     #[hot]
     pub(super) fn next_known(&mut self, source: Value<P>, at: usize) -> Result<bool, Stopped> {

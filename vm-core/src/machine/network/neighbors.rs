@@ -13,39 +13,39 @@ use crate::part::Part;
 use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
-// Slots of a neighbour: its id, with bits of its swarms in place of a tag; its distance, with the
+// Slots of a neighbor: its id, with bits of its swarms in place of a tag; its distance, with the
 // step at which it is forgotten in place of a tag; and, if the link measures directions, azimuth
 // and elevation.
 pub(super) const DISTANCE: usize = 1;
 pub(super) const AZIMUTH: usize = 2;
 pub(super) const ELEVATION: usize = 3;
 
-/// The bits of the distance's tag that hold the step, which is 0 if there is no neighbour. The
+/// The bits of the distance's tag that hold the step, which is 0 if there is no neighbor. The
 /// other bit belongs to swarm 7.
 const STEP: u8 = 0x7f;
 /// Steps are counted from 1 to this number, and then from 1 again.
 pub(super) const LAST_STEP: u8 = 0x7f;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Makes a robot a neighbour for this number of steps, as if a frame of it had been received:
+    /// Makes a robot a neighbor for this number of steps, as if a frame of it had been received:
     /// for hosts that have no link.
     pub fn add_neighbor(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
         self.record_sender(robot, sighting, steps);
     }
 
-    /// Returns the slots of neighbours: the first, and the one after the last.
+    /// Returns the slots of neighbors: the first, and the one after the last.
     #[hot]
     fn neighbor_slots(&self) -> (usize, usize) {
         (self.network_base(), self.entries_at())
     }
 
-    /// Returns the step at which the neighbour is forgotten, 0 if there is none.
+    /// Returns the step at which the neighbor is forgotten, 0 if there is none.
     #[hot]
     pub(super) fn end_step(&self, at: usize) -> u8 {
         self.arena.slots.tag_at(at + DISTANCE).byte() & STEP
     }
 
-    /// Returns the number of neighbours.
+    /// Returns the number of neighbors.
     pub(super) fn count_neighbors(&self) -> usize {
         let (mut at, end) = self.neighbor_slots();
         let mut count = 0;
@@ -56,7 +56,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         count
     }
 
-    /// Returns the first slot of the neighbour at that place.
+    /// Returns the first slot of the neighbor at that place.
     #[hot]
     fn neighbor_slot(&self, place: u8) -> usize {
         let mut slots = usize::from(place) * 2;
@@ -66,7 +66,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.network_base() + slots
     }
 
-    /// Returns true if that robot is the neighbour at that place.
+    /// Returns true if that robot is the neighbor at that place.
     #[hot]
     fn is_neighbor(&self, place: u8, robot: u16) -> bool {
         let at = self.neighbor_slot(place);
@@ -75,13 +75,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             && self.end_step(at) != 0
     }
 
-    /// Returns the place of a robot. A robot that is no neighbour becomes one. If there is no room,
-    /// it replaces the neighbour that is next to be forgotten.
+    /// Returns the place of a robot. A robot that is no neighbor becomes one. If there is no room,
+    /// it replaces the neighbor that is next to be forgotten.
     #[one_copy]
     fn find_neighbor(&mut self, robot: u16) -> u8 {
         if IS_WIDE {
             // Most senders are known, so the search for the id comes before that for the oldest
-            // neighbour.
+            // neighbor.
             let (first, end) = self.neighbor_slots();
             let mut slots = (first..end).step_by(self.sizes().neighbor());
             let is_it =
@@ -111,7 +111,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         oldest
     }
 
-    /// Keeps a robot as a neighbour for that number of steps, or for half of it if the robot was
+    /// Keeps a robot as a neighbor for that number of steps, or for half of it if the robot was
     /// unknown.
     #[one_copy]
     pub(super) fn record_sender(&mut self, robot: u16, sighting: &Sighting<P>, mut steps: u8) {
@@ -146,7 +146,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(at + DISTANCE, neighbor);
     }
 
-    /// Counts a step, and forgets the neighbours that are due.
+    /// Counts a step, and forgets the neighbors that are due.
     pub(super) fn age_neighbors(&mut self) {
         let mut step = self.protocol.step + 1;
         if step > LAST_STEP {
@@ -181,7 +181,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set(at, Value::marked(bits, value.raw()));
     }
 
-    /// Returns true if the neighbour at slot `at` is in the swarm at that place.
+    /// Returns true if the neighbor at slot `at` is in the swarm at that place.
     pub(super) fn is_kin(&self, at: usize, swarm: u8) -> bool {
         if swarm == 7 {
             return self.arena.get(at + DISTANCE).tag().byte() & !STEP != 0;
@@ -189,7 +189,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.get(at).tag().byte() >> swarm & 1 != 0
     }
 
-    /// Returns the first slot of the neighbour with the lowest id that is at least `from`; 0 if
+    /// Returns the first slot of the neighbor with the lowest id that is at least `from`; 0 if
     /// there is none.
     #[one_copy]
     pub(super) fn neighbor_from(&self, from: u16) -> usize {
@@ -224,8 +224,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         found
     }
 
-    /// Pushes id and data of the neighbour after the one whose id is in slot `last`, or of the
-    /// first if the slot is nil, and puts its id into this slot. Returns the neighbour's first
+    /// Pushes id and data of the neighbor after the one whose id is in slot `last`, or of the
+    /// first if the slot is nil, and puts its id into this slot. Returns the neighbor's first
     /// slot, 0 if there is none.
     pub(super) fn next_neighbor(&mut self, last: usize) -> Result<usize, Stopped> {
         let value = self.arena.get(last);
@@ -247,7 +247,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(at)
     }
 
-    /// Returns a table of distance, azimuth and elevation of a neighbour.
+    /// Returns a table of distance, azimuth and elevation of a neighbor.
     fn neighbor_data(&mut self, at: usize) -> Result<Value<P>, Stopped> {
         let mut values = [Value::nil(); 3];
         let distance = self.arena.get(at + DISTANCE).raw();

@@ -1,7 +1,7 @@
 //! The state of the protocol: the timers for sending, the message of which some fragments were
 //! received, and the counters.
 //!
-//! Neighbours, swarms and entries of stigmergies are not here: they are slots of the arena, above
+//! Neighbors, swarms and entries of stigmergies are not here: they are slots of the arena, above
 //! those of the script.
 
 use crate::network::{Buffer, Sizes};
@@ -41,11 +41,11 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) sizes: Sizes,
     /// The number of stigmergies that the script has created.
     pub(in crate::machine) stigmergies: u8,
-    /// The number of the step, at which neighbours are forgotten: from 1 to `LAST_STEP`, then 1
+    /// The number of the step, at which neighbors are forgotten: from 1 to `LAST_STEP`, then 1
     /// again.
     pub(in crate::machine) step: u8,
-    /// 1 + the place of the neighbour that sent the last message. The next message often comes from
-    /// the neighbour at the place after it.
+    /// 1 + the place of the neighbor that sent the last message. The next message often comes from
+    /// the neighbor at the place after it.
     pub(in crate::machine) last_sender: u8,
     /// True if the script has created a swarm or a stigmergy.
     pub(in crate::machine) shares: bool,

@@ -490,7 +490,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.take_greater(host, at, stigmergy, theirs)
     }
 
-    /// Keeps the greater one of an entry's stamp and a neighbour's. If `onconflictlost` has to run,
+    /// Keeps the greater one of an entry's stamp and a neighbor's. If `onconflictlost` has to run,
     /// begins its call.
     #[one_copy]
     fn take_greater<H: Host<P>>(
@@ -503,9 +503,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mine = self.stamp(at);
         match theirs.order(&mine) {
             Ordering::Greater => return self.adopt(host, at, stigmergy, theirs, &mine),
-            // The neighbour has an older entry.
+            // The neighbor has an older entry.
             Ordering::Less => self.answer(at),
-            // The neighbour has this entry, so advertising is less urgent.
+            // The neighbor has this entry, so advertising is less urgent.
             Ordering::Equal => {
                 if self.protocol.interval < host.periods().advertise {
                     self.protocol.interval += 1;

@@ -1,4 +1,4 @@
-//! The behaviours of `examples/kilobot`, each on its own image in simavr: what their scenarios expect, memory, and time.
+//! The behaviors of `examples/kilobot`, each on its own image in simavr: what their scenarios expect, memory, and time.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use bittybuzz_vm_core::builtin::string;
 use bittybuzz_vm_core::message::{Message, ScriptIdentity, TINY_FRAME};
 use bittybuzz_vm_core::number::Tiny;
 
-const BEHAVIOURS: [&str; 7] =
+const BEHAVIORS: [&str; 7] =
     ["gradient", "broadcast", "distance", "random_walk", "foreach", "stigmergy", "swarm"];
 
 /// The RAM of the chip: 2 kB from here on, in addresses of the emulator.
@@ -90,7 +90,7 @@ fn swarm_comes_true() {
     comes_true("swarm");
 }
 
-/// They take minutes, as the medians below: `cargo test --locked -p bittybuzz-hil --test hil behaviours:: -- --ignored`.
+/// They take minutes, as the medians below: `cargo test --locked -p bittybuzz-hil --test hil behaviors:: -- --ignored`.
 #[test]
 #[ignore = "minutes"]
 fn the_longer_scenarios_meet_their_expectations() {
@@ -165,7 +165,7 @@ fn address(program: &Path, is_wanted: impl Fn(&str) -> bool) -> u32 {
 #[test]
 fn variables_and_stack_leave_memory() {
     const PAINT: u8 = 0xa5;
-    for name in BEHAVIOURS {
+    for name in BEHAVIORS {
         let program = behavior(name);
         let end = end_of_variables(&program);
         let variables = end - RAM;

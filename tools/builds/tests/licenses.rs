@@ -8,7 +8,7 @@ use bittybuzz_builds::shell::Invocation;
 use serde_json::Value;
 
 /// The library around each engine, the only package that may depend on the library, and its
-/// licence.
+/// license.
 const ENGINES: [(&str, &str, &str); 2] = [
     ("bittybuzz-unicorn", "bittybuzz-emulate-stm32", "GPL-2.0-only"),
     ("bittybuzz-simavr", "bittybuzz-emulate-avr", "GPL-3.0-or-later"),
@@ -40,7 +40,7 @@ fn dependents(packages: &[Value], name: &str) -> Vec<(String, bool)> {
 #[test]
 fn only_programs_under_the_gpl_link_its_engines() {
     let packages = packages();
-    for (library, program, licence) in ENGINES {
+    for (library, program, license) in ENGINES {
         let users = dependents(&packages, library);
         assert!(users.contains(&(program.to_owned(), false)), "{library}: {users:?}");
         for (user, is_test) in users {
@@ -51,14 +51,14 @@ fn only_programs_under_the_gpl_link_its_engines() {
         assert_eq!(dependents(&packages, program), [], "{program} is a program, not a library");
         for name in [library, program] {
             let package = packages.iter().find(|package| package["name"] == name).unwrap();
-            assert_eq!(package["license"], licence, "{name}");
+            assert_eq!(package["license"], license, "{name}");
             let folder = Path::new(package["manifest_path"].as_str().unwrap()).parent().unwrap();
             let text = fs::read_to_string(folder.join("COPYING")).unwrap();
-            let version = if licence == "GPL-2.0-only" { "Version 2," } else { "Version 3," };
+            let version = if license == "GPL-2.0-only" { "Version 2," } else { "Version 3," };
             let is_whole = text.contains("GNU GENERAL PUBLIC LICENSE")
                 && text.contains(version)
                 && text.contains("END OF TERMS AND CONDITIONS");
-            assert!(is_whole, "{}/COPYING is not the text of {licence}", folder.display());
+            assert!(is_whole, "{}/COPYING is not the text of {license}", folder.display());
         }
     }
     assert_eq!(dependents(&packages, "unicorn-engine"), [("bittybuzz-unicorn".to_owned(), false)]);
