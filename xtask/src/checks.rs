@@ -6,10 +6,12 @@ use crate::vendor;
 use anyhow::Result;
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
-use bittybuzz_builds::cargo_test::{EMULATORS, SKIP_SLOW, all_tests, cargo_test, guides};
+use bittybuzz_builds::cargo_test::{
+    BOOK, EMULATORS, PROBE_RS, SKIP_SLOW, all_tests, cargo_test, guides, shared_packages,
+};
 use bittybuzz_builds::probe::PROBES;
 use bittybuzz_builds::shell::{Invocation, cargo, keep_lock_files, target};
-use bittybuzz_builds::{chip, on_chip, setup};
+use bittybuzz_builds::{chip, on_chip, setup, test_programs};
 use bittybuzz_soak as soak;
 use clap::ValueEnum;
 use std::path::PathBuf;
@@ -28,28 +30,34 @@ pub fn test() -> Result<()> {
     println!(
         "The tests follow: {MINUTES} minutes on two cores the first time, with all that is built."
     );
-    let tests = Images::build()?.given_to(all_tests(&[], &SKIP_SLOW));
-    tests.env("BITTYBUZZ_SEEDS", SEEDS).run()
+    let images = Images::build()?;
+    let variables = [&images.variables()[..], &[("BITTYBUZZ_SEEDS", SEEDS)]].concat();
+    test_programs::run(&shared_packages(), &SKIP_SLOW, &variables)
 }
 
 /// The robots' images, built from the current sources, and the variables that pass them to the
 /// tests.
-struct Images([(&'static str, PathBuf); 5]);
+struct Images([(&'static str, String); 5]);
 
 impl Images {
     fn build() -> Result<Images> {
+        let text = |path: PathBuf| path.display().to_string();
         Ok(Images([
-            ("BITTYBUZZ_CRAZYFLIE", CRAZYFLIE.build(None, false)?),
-            ("BITTYBUZZ_CRAZYFLIE_TINY", CRAZYFLIE.build_tiny(None)?),
-            ("BITTYBUZZ_ZOOIDS", ZOOIDS.build(None, false)?),
-            ("BITTYBUZZ_BEHAVIORS", KILOBOT.build_behaviors(false)?),
-            ("BITTYBUZZ_KILOBOT", KILOBOT.build(None, false)?),
+            ("BITTYBUZZ_CRAZYFLIE", text(CRAZYFLIE.build(None, false)?)),
+            ("BITTYBUZZ_CRAZYFLIE_TINY", text(CRAZYFLIE.build_tiny(None)?)),
+            ("BITTYBUZZ_ZOOIDS", text(ZOOIDS.build(None, false)?)),
+            ("BITTYBUZZ_BEHAVIORS", text(KILOBOT.build_behaviors(false)?)),
+            ("BITTYBUZZ_KILOBOT", text(KILOBOT.build(None, false)?)),
         ]))
     }
 
+    /// Returns the names and values of the variables.
+    fn variables(&self) -> [(&str, &str); 5] {
+        self.0.each_ref().map(|(name, path)| (*name, path.as_str()))
+    }
+
     fn given_to(&self, line: Invocation) -> Invocation {
-        let Images(all) = self;
-        all.iter().fold(line, |line, (name, path)| line.env(name, &path.display().to_string()))
+        self.variables().iter().fold(line, |line, (name, path)| line.env(name, path))
     }
 }
 
@@ -60,7 +68,9 @@ pub enum Step {
     Lint,
     /// Documentation of every crate, in which no link leads nowhere
     Doc,
-    /// Flash and RAM of each image against its budget; nothing in the virtual machine panics
+    /// The book of docs/: its links, scripts, commands and generated tables
+    Book,
+    /// Flash and RAM of each image against its budget and its record; nothing in the virtual machine panics
     Sizes,
     /// Cycles and instructions of the benchmark scripts against the baseline
     Bench,
@@ -98,9 +108,10 @@ impl Step {
         match self {
             Step::Lint => lint()?,
             Step::Doc => document()?,
+            Step::Book => cargo_test(&["--package", BOOK]).run()?,
             Step::Sizes => {
                 no_panic()?;
-                sizes::run(false)?;
+                sizes::check_record()?;
             }
             Step::Bench => bench::check()?,
             Step::OnChip => on_chip::sample()?,
@@ -110,11 +121,13 @@ impl Step {
                 let emulators = EMULATORS.map(|package| ["--package", package]).concat();
                 cargo(&[&["test", "--release"], &emulators[..]].concat())?;
             }
-            Step::Tests => Images::build()?.given_to(all_tests(&[], &[])).run()?,
+            Step::Tests => {
+                test_programs::run(&shared_packages(), &[], &Images::build()?.variables())?;
+            }
             Step::Guides => Images::build()?.given_to(guides("changed", &[])).run()?,
             Step::Wasm => wasm()?,
             Step::Page => page()?,
-            Step::ProbeRs => cargo_test(&["--package", "bittybuzz-probe-rs-test"]).run()?,
+            Step::ProbeRs => cargo_test(&["--package", PROBE_RS]).run()?,
             Step::Soak => soak::sample()?,
         }
         println!("ci {self:?}: passed after {} s", start.elapsed().as_secs());

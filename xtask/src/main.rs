@@ -53,11 +53,7 @@ enum Task {
     /// Build a robot's firmware with a script in it
     Build(board::BoardArguments),
     /// Flash and RAM of each image and of the virtual machine, against the budgets
-    Sizes {
-        /// Print an object for each robot
-        #[arg(long)]
-        json: bool,
-    },
+    Sizes(sizes::SizesArguments),
     /// The playground as a folder of static files, for any web server
     Site,
     /// The book of docs/ as a folder of static files
@@ -97,7 +93,7 @@ fn main() -> ExitCode {
         Task::Test => ("test", checks::test()),
         Task::Setup => ("setup", setup::run()),
         Task::Build(arguments) => ("build", board::run(&arguments)),
-        Task::Sizes { json } => ("sizes", sizes::run(json)),
+        Task::Sizes(arguments) => ("sizes", sizes::run(&arguments)),
         Task::Site => ("site", site::run()),
         Task::Book => ("book", book::run()),
         Task::Package { part } => ("package", package::run(part)),
@@ -138,6 +134,7 @@ mod tests {
             "build --script a.bzz crazyflie --profile tiny",
             "build behaviors",
             "sizes --json",
+            "sizes --update",
             "site",
             "book",
             "package",
@@ -171,6 +168,7 @@ mod tests {
             "build crazyflie --script",
             "build crazyflie --profile full",
             "sizes --jason",
+            "sizes --json --update",
             "bench arm",
             "bench avr host",
             "bench costs --json",

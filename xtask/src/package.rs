@@ -4,6 +4,7 @@
 use crate::{book, site};
 use anyhow::{Context, Result, bail};
 use bittybuzz_builds::board::BOARDS;
+use bittybuzz_builds::copy::files;
 use bittybuzz_builds::setup;
 use bittybuzz_builds::shell::{Invocation, root, target};
 use clap::ValueEnum;
@@ -22,13 +23,16 @@ const PROFILE: &str = "dist";
 /// Packages of programs for the host, which link no external libraries.
 const PROGRAMS: [&str; 2] = ["bbz", "bittybuzz-emulate-m0"];
 
+/// The folder of scripts and scenarios that the archive of the tools contains.
+const EXAMPLES: &str = "examples/";
+
 /// Files of the repository that are added to the archives.
 const TEXTS: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];
 
 /// A part of a release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ReleasePart {
-    /// `bbz` and the emulator of Zooids for this computer, manual pages and completions
+    /// `bbz` and the emulator of Zooids for this computer, examples, manual pages and completions
     Tools,
     /// The images of all robots, with the scripts of their own folders
     Firmware,
@@ -96,6 +100,11 @@ fn tools(folder: &Path) -> Result<()> {
     }
     for text in TEXTS {
         fs::copy(root().join(text), folder.join(text))?;
+    }
+    for file in files()?.iter().filter(|file| file.starts_with(EXAMPLES)) {
+        let copy = folder.join(file);
+        fs::create_dir_all(copy.parent().context("an example is in a folder")?)?;
+        fs::copy(root().join(file), copy)?;
     }
     let [man, completions] = ["man", "completions"].map(|name| folder.join(name));
     fs::create_dir_all(&man)?;

@@ -2,8 +2,9 @@
 //! and the language's conformance. It starts no emulator and no browser.
 
 use anyhow::{Context, Result, ensure};
-use bittybuzz_builds::cargo_test::{EMULATORS, GUIDES, cargo_test};
+use bittybuzz_builds::cargo_test::{EMULATORS, GUIDES, PROBE_RS, cargo_test};
 use bittybuzz_builds::shell::{Invocation, cargo, root};
+use bittybuzz_builds::test_programs;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +16,7 @@ const CONFORMANCE: &str = "bittybuzz-tests";
 const LEFT_OUT: [(&str, &str); 4] = [
     ("bittybuzz-hil", "tests"),
     (GUIDES, "guides"),
-    ("bittybuzz-probe-rs-test", "probe-rs"),
+    (PROBE_RS, "probe-rs"),
     ("bittybuzz-model", "tests"),
 ];
 
@@ -70,7 +71,7 @@ pub fn run(arguments: &QuickArguments) -> Result<()> {
         let named: Vec<&str> = named.iter().map(String::as_str).collect();
         let lints = ["--all-targets", "--", "-D", "warnings"];
         cargo(&[&["clippy"], &named[..], &lints[..]].concat())?;
-        cargo_test(&named).run()?;
+        test_programs::run(&named, &[], &[])?;
     }
     if !tested.contains(CONFORMANCE) {
         cargo_test(&[

@@ -17,7 +17,9 @@ use anyhow::{Result, bail, ensure};
 use bittybuzz_builds::board::{CRAZYFLIE, FirmwareBuild, KILOBOT, ZOOIDS};
 use bittybuzz_builds::elf;
 use bittybuzz_builds::probe::{ATMEGA328P, CORTEX_M0, CORTEX_M4F, Extent, PanicProbe};
+use bittybuzz_builds::shell::{Invocation, root};
 use bittybuzz_robot_spec::NumberProfile;
+use fs_err as fs;
 use serde_json::{Map, Value};
 
 /// A robot whose memory is measured.
@@ -39,14 +41,67 @@ struct FirmwareSizes {
     values: Vec<(&'static str, u64)>,
 }
 
+/// The recorded sizes, from which the tables of docs/performance.md are made.
+const RECORD: &str = "bench/sizes.json";
+
+/// The part of a recorded size, in percent, by which the measured one may differ before the record
+/// counts as stale.
+const TOLERANCE_PERCENT: u64 = 1;
+
+/// The choices of the command line.
+#[derive(Debug, clap::Args)]
+pub struct SizesArguments {
+    /// Print an object for each robot
+    #[arg(long)]
+    json: bool,
+    /// Record the sizes of today in `bench/sizes.json`
+    #[arg(long, conflicts_with = "json")]
+    update: bool,
+}
+
 /// Prints all sizes, and fails if one is over its budget.
-pub fn run(json: bool) -> Result<()> {
-    let sizes = measure(json)?;
-    match json {
+pub fn run(arguments: &SizesArguments) -> Result<()> {
+    let sizes = measure(arguments.json)?;
+    match arguments.json {
         true => println!("{}", to_json(&sizes)),
         false => print!("{}", to_text(&sizes)),
     }
+    if arguments.update {
+        let date = Invocation::new("date", &["+%F"]).unannounced().output(0)?;
+        let mut record = to_json(&sizes);
+        record["date"] = String::from_utf8(date.stdout)?.trim().into();
+        fs::write(root().join(RECORD), serde_json::to_string_pretty(&record)? + "\n")?;
+    }
     check(&sizes)
+}
+
+/// Measures all sizes. Fails if one is over its budget, or if the recorded sizes are stale.
+pub fn check_record() -> Result<()> {
+    let sizes = measure(false)?;
+    print!("{}", to_text(&sizes));
+    check(&sizes)?;
+    let record = serde_json::from_str(&fs::read_to_string(root().join(RECORD))?)?;
+    let stale = stale(&sizes, &record);
+    ensure!(
+        stale.is_empty(),
+        "{RECORD} is stale; `cargo xtask sizes --update` writes it: {}",
+        stale.join(", ")
+    );
+    Ok(())
+}
+
+/// Returns the sizes that are not recorded, or differ from the record by more than the tolerance.
+fn stale(sizes: &[FirmwareSizes], record: &Value) -> Vec<String> {
+    let all = sizes.iter().flat_map(|sizes| sizes.values.iter().map(|value| (sizes.robot, value)));
+    all.filter_map(|(robot, (name, size))| {
+        let recorded = record[robot][name].as_u64();
+        let is_near =
+            |recorded: u64| recorded.abs_diff(*size) * 100 <= recorded * TOLERANCE_PERCENT;
+        let text = recorded.map_or("nothing".to_owned(), |recorded| recorded.to_string());
+        (!recorded.is_some_and(is_near))
+            .then(|| format!("{robot} {name} is {size}, recorded is {text}"))
+    })
+    .collect()
 }
 
 /// Measures all robots. With `quiet`, standard output is left to the result, which is JSON.
@@ -137,6 +192,21 @@ mod tests {
         let failure = check(&crazyflie(80_001, 24_577)).unwrap_err().to_string();
         assert!(failure.contains("flash 80001 > 80000"), "{failure}");
         assert!(failure.contains("ram 24577 > 24576"), "{failure}");
+    }
+
+    #[test]
+    fn a_record_is_stale_when_a_size_differs_by_more_than_the_tolerance() {
+        let record = serde_json::json!({ "crazyflie": { "flash": 10_000, "ram": 500 } });
+        assert!(stale(&crazyflie(10_100, 495), &record).is_empty());
+        assert_eq!(
+            stale(&crazyflie(10_101, 494), &record),
+            [
+                "crazyflie flash is 10101, recorded is 10000",
+                "crazyflie ram is 494, recorded is 500"
+            ]
+        );
+        let failure = stale(&crazyflie(1, 1), &Value::Null).join(", ");
+        assert!(failure.contains("flash is 1, recorded is nothing"), "{failure}");
     }
 
     #[test]

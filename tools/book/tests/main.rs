@@ -3,5 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 mod book;
+mod evidence;
+mod generated;
 mod performance;
 mod robot_pages;

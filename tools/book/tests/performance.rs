@@ -1,15 +1,10 @@
 //! Compares the tables of docs/performance.md with the recorded counts of `bench/`. `UPDATE_DOCS=1
 //! cargo test --locked -p bittybuzz-book` writes the tables again.
 
+use crate::generated::{check, path};
 use fs_err as fs;
 use serde_json::Value;
-use std::env;
-use std::path::{Path, PathBuf};
 use toml::Table;
-
-fn path(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(name)
-}
 
 fn table(name: &str) -> Table {
     fs::read_to_string(path(name)).unwrap().parse().unwrap()
@@ -21,23 +16,15 @@ fn entries<'a>(table: &'a Table, key: &str) -> Vec<&'a Table> {
 
 #[test]
 fn tables_are_those_of_the_recorded_counts() {
-    let page = path("docs/performance.md");
-    let before = fs::read_to_string(&page).unwrap();
-    let mut text = before.clone();
-    for (name, block) in [("means", means()), ("peers", peers()), ("flight", flight())] {
-        let start = format!("<!-- {name}: written by tools/book/tests/performance.rs -->\n");
-        let (head, rest) = text.split_once(&start).unwrap();
-        let (_, tail) = rest.split_once("<!-- end -->\n").unwrap();
-        text = format!("{head}{start}{block}<!-- end -->\n{tail}");
-    }
-    if env::var_os("UPDATE_DOCS").is_some() {
-        fs::write(&page, &text).unwrap();
-    }
-    let committed = fs::read_to_string(&page).unwrap();
-    assert!(
-        committed == text,
-        "docs/performance.md is not that of bench/; see the head of this test"
-    );
+    let parts = [
+        ("means", means()),
+        ("peers", peers()),
+        ("flight", flight()),
+        ("sizes", sizes()),
+        ("machine", machine()),
+    ];
+    check("docs/performance.md", "performance.rs", &parts);
+    check("README.md", "performance.rs", &[("worth", worth())]);
 }
 
 /// Returns the counts of BittyBuzz in Rust on a target.
@@ -77,20 +64,85 @@ const TARGETS: [(&str, &str); 4] = [
     ("host", "x86-64, instructions"),
 ];
 
-fn means() -> String {
+/// Returns the scripts that both implementations run on a target, and how many times fewer cycles or
+/// instructions a step takes than in the C BittyBuzz.
+fn ratios(target: &str) -> Vec<(String, f64)> {
+    let ours = baseline(target);
     let reference = table("bench/reference.toml");
+    let scripts = entries(&reference, "script").into_iter().filter_map(|script| {
+        let name = script["name"].as_str()?;
+        let ratio = script.get(target)?.as_integer()? as f64 / count(&ours, name)?;
+        Some((name.to_owned(), ratio))
+    });
+    scripts.collect()
+}
+
+/// Returns the figure with which the README begins.
+fn worth() -> String {
+    let ratios: Vec<f64> = ratios("avr").into_iter().map(|(_, ratio)| ratio).collect();
+    let sizes = sizes_file();
+    format!(
+        "On the processor of a Kilobot, **a script takes {:.0} times fewer cycles than with the C BittyBuzz** \
+         ([mean of {} scripts](docs/performance.md)); firmware, virtual machine and script take {} bytes of flash.\n",
+        geometric_mean(&ratios),
+        ratios.len(),
+        number(sizes["kilobot"]["flash"].as_f64().unwrap())
+    )
+}
+
+/// Returns the sizes that `cargo xtask sizes --update` recorded.
+fn sizes_file() -> Value {
+    serde_json::from_str(&fs::read_to_string(path("bench/sizes.json")).unwrap()).unwrap()
+}
+
+/// The robots in the order of the tables.
+const ROBOTS: [(&str, &str, &str); 3] = [
+    ("kilobot", "Kilobot", "`hello`, with the parts of the machine that it uses"),
+    ("zooids", "Zooid", "the longest example, without defmt"),
+    ("crazyflie", "Crazyflie", "a script, with defmt"),
+];
+
+fn sizes() -> String {
+    let sizes = sizes_file();
+    let mut text =
+        "\n| Robot | Image | Flash | Limit | Static RAM | Limit |\n|---|---|---|---|---|---|\n"
+            .to_owned();
+    for (name, robot, image) in ROBOTS {
+        let budget = bittybuzz_robot_files::find(name).unwrap().budget.unwrap();
+        let cell = |key: &str| number(sizes[name][key].as_f64().unwrap());
+        text += &format!(
+            "| {robot} | {image} | {} | {} | {} | {} |\n",
+            cell("flash"),
+            number(budget.flash_bytes.into()),
+            cell("ram"),
+            number(budget.ram_bytes.into())
+        );
+    }
+    format!("{text}\nRecorded on {}.\n\n", sizes["date"].as_str().unwrap())
+}
+
+fn machine() -> String {
+    let sizes = sizes_file();
+    let mut text = "\n| Machine | Kilobot | Zooid | Crazyflie |\n|---|---|---|---|\n".to_owned();
+    for (key, title) in [
+        ("vm_flash", "flash, profile `tiny`, every part"),
+        ("vm_min_flash", "flash, without `math` and the swarm's parts"),
+        ("vm_full_flash", "flash, profile `full`, with strings"),
+        ("vm_ram", "the object in RAM, with the slots of the robot"),
+    ] {
+        let cells =
+            ROBOTS.map(|(name, ..)| sizes[name][key].as_f64().map_or(String::new(), number));
+        text += &format!("| {title} | {} |\n", cells.join(" | "));
+    }
+    text + "\n"
+}
+
+fn means() -> String {
     let mut text = "\n| Target | Mean over all scripts | Mean without neighbors | Least |\n|---|---|---|---|\n".to_owned();
     for (target, title) in TARGETS {
-        let ours = baseline(target);
-        let ratios: Vec<(&str, f64)> = entries(&reference, "script")
-            .iter()
-            .filter_map(|script| {
-                let name = script["name"].as_str()?;
-                Some((name, script.get(target)?.as_integer()? as f64 / count(&ours, name)?))
-            })
-            .collect();
+        let ratios = ratios(target);
         let all: Vec<f64> = ratios.iter().map(|(_, ratio)| *ratio).collect();
-        let alone = ratios.iter().filter(|(name, _)| !WITH_NEIGHBORS.contains(name));
+        let alone = ratios.iter().filter(|(name, _)| !WITH_NEIGHBORS.contains(&name.as_str()));
         let alone: Vec<f64> = alone.map(|(_, ratio)| *ratio).collect();
         let least = ratios.iter().min_by(|one, other| one.1.total_cmp(&other.1)).unwrap();
         text += &format!(

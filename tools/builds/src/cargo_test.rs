@@ -32,11 +32,21 @@ pub const EMULATORS: [&str; 7] = [
     "bittybuzz-unicorn",
 ];
 
+/// The package of the book. Most crates that it compiles have no other user.
+pub const BOOK: &str = "bittybuzz-book";
+
+/// The package that compares robot files with probe-rs, whose library is large.
+pub const PROBE_RS: &str = "bittybuzz-probe-rs-test";
+
+/// Returns the options that select all packages that share a build of their tests.
+pub fn shared_packages() -> Vec<&'static str> {
+    let others = [BOOK, GUIDES, PROBE_RS].into_iter().chain(EMULATORS);
+    ["--workspace"].into_iter().chain(others.flat_map(|package| ["--exclude", package])).collect()
+}
+
 /// Returns the tests of all packages that share a build, with options for cargo and arguments for
 /// the test programs. To run only the tests of one package, select its program by `--test`: with
 /// `--package`, cargo would compile the shared crates once more with fewer features.
 pub fn all_tests(options: &[&str], chosen: &[&str]) -> Invocation {
-    let all = ["--workspace", "--exclude", "bittybuzz-probe-rs-test", "--exclude", GUIDES];
-    let but = EMULATORS.map(|package| ["--exclude", package]).concat();
-    cargo_test(&[&all[..], &but, options, &["--"], chosen].concat())
+    cargo_test(&[&shared_packages()[..], options, &["--"], chosen].concat())
 }

@@ -12,3 +12,4 @@ pub mod on_chip;
 pub mod probe;
 pub mod setup;
 pub mod shell;
+pub mod test_programs;

@@ -4,7 +4,7 @@
 use anyhow::{Context, Error, Result, anyhow};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Output};
+use std::process::{Command, ExitStatus, Output, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Returns the root of the repository, in which every program runs.
@@ -73,6 +73,12 @@ impl Invocation {
             .fold(self, |line, name| line.without_env(name))
     }
 
+    /// Runs the command in a folder that belongs to the workspace of this program.
+    pub fn in_folder(mut self, folder: &Path) -> Invocation {
+        self.command.current_dir(folder);
+        self
+    }
+
     /// Clears an environment variable.
     pub fn without_env(mut self, name: &str) -> Invocation {
         self.command.env_remove(name);
@@ -100,6 +106,12 @@ impl Invocation {
             true => Ok(()),
             false => Err(unexpected(&self.text, status)),
         }
+    }
+
+    /// Runs the command, shows its errors and returns its output. Fails unless the command succeeds.
+    pub fn shown_errors(mut self) -> Result<String> {
+        self.command.stderr(Stdio::inherit());
+        Ok(String::from_utf8(self.output(0)?.stdout)?)
     }
 
     /// Runs the command and returns its output. Fails unless the command ends with this status.

@@ -3,7 +3,7 @@
 //!
 //! ```sh
 //! cargo xtask build zooids
-//! cargo run --locked --release -p bittybuzz-emulate-m0 --example speed -- \
+//! cargo run --locked --release -p bittybuzz-emulate-m0 --example m0_speed -- \
 //!     firmware/zooids/target/thumbv6m-none-eabi/release/bittybuzz-zooids
 //! ```
 //!

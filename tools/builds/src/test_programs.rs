@@ -1,0 +1,221 @@
+//! Runs test programs two at a time.
+//!
+//! Cargo runs one program after the other, so that the slowest test of each program keeps only one
+//! processor busy. cargo-nextest would fill all processors, but a clean machine compiles it for
+//! longer than it saves.
+
+use crate::cargo_test::cargo_test;
+use crate::shell::Invocation;
+use anyhow::{Context, Result, bail};
+use serde_json::Value;
+use std::cmp::Reverse;
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard};
+use std::thread;
+use std::time::Instant;
+
+/// Programs that run at the same time. Each has a thread per processor for its tests.
+const PROGRAMS: usize = 2;
+
+/// The packages whose programs run longest, the longest first. They start first, so that none of
+/// them is the only one at the end.
+const SLOWEST: [&str; 4] = ["bittybuzz-hil", "bbz", "bittybuzz-arena", "bittybuzz-tests"];
+
+/// A compiled test program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct TestProgram {
+    /// The command that runs only this program.
+    command: String,
+    package: String,
+    executable: PathBuf,
+    /// The folder of the package, in which its tests run.
+    folder: PathBuf,
+}
+
+/// The tests of one or more programs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Tests that passed.
+    pub passed: u32,
+    failed: u32,
+    ignored: u32,
+}
+
+/// The programs that wait, and the results of those that ran.
+#[derive(Default)]
+struct Run {
+    waiting: Vec<TestProgram>,
+    counts: Counts,
+    /// The commands that repeat the failed programs.
+    failed: Vec<String>,
+}
+
+/// Compiles the tests of some packages, runs their programs and the examples of their
+/// documentation, and prints the number of tests. A failed program does not stop the others.
+///
+/// `packages` are the options of cargo that select packages, `chosen` the arguments for each test
+/// program, and `variables` the environment of the tests.
+pub fn run(packages: &[&str], chosen: &[&str], variables: &[(&str, &str)]) -> Result<()> {
+    let with_variables =
+        |line: Invocation| variables.iter().fold(line, |line, (name, value)| line.env(name, value));
+    let build = ["--no-run", "--message-format", "json-render-diagnostics"];
+    let messages = cargo_test(&[packages, &build].concat()).shown_errors()?;
+    let (mut programs, has_documented_library) = read_messages(&messages)?;
+    let count = programs.len();
+    // The last one starts first.
+    programs.sort_by_key(|program| {
+        Reverse(SLOWEST.iter().position(|slow| *slow == program.package).unwrap_or(SLOWEST.len()))
+    });
+    let run = Mutex::new(Run { waiting: programs, ..Run::default() });
+    let run_waiting = || -> Result<()> {
+        loop {
+            let next = lock(&run).waiting.pop();
+            let Some(program) = next else { return Ok(()) };
+            let start = Instant::now();
+            let line = Invocation::named(&program.command, &program.executable, chosen)
+                .in_folder(&program.folder);
+            let output = with_variables(line).unannounced().output_if(|_| true)?;
+            let text = String::from_utf8_lossy(&output.stdout);
+            let counts = Counts::read(&text);
+            let seconds = start.elapsed().as_secs();
+            let mut run = lock(&run);
+            run.counts.add(counts);
+            println!("$ {}: {} in {seconds} s", program.command, counts.text());
+            if !output.status.success() {
+                println!("{text}{}", String::from_utf8_lossy(&output.stderr));
+                run.failed.push(format!("{} ({})", program.command, output.status));
+            }
+        }
+    };
+    thread::scope(|scope| {
+        let threads: Vec<_> = (0..PROGRAMS).map(|_| scope.spawn(run_waiting)).collect();
+        threads.into_iter().try_for_each(|thread| thread.join().expect("running a test panics"))
+    })?;
+    let Run { counts, failed, .. } = run.into_inner().expect("a thread that panics is reported");
+    println!("{} in {count} test programs", counts.text());
+    if !failed.is_empty() {
+        bail!("these commands repeat the failed test programs:\n{}", failed.join("\n"));
+    }
+    if has_documented_library {
+        with_variables(cargo_test(&[packages, &["--doc", "--"], chosen].concat())).run()?;
+    }
+    Ok(())
+}
+
+fn lock(run: &Mutex<Run>) -> MutexGuard<'_, Run> {
+    run.lock().expect("no thread panics while it holds the lock")
+}
+
+/// Returns the test programs among cargo's messages about what it compiled, and true if there is a
+/// library whose documentation may have examples.
+fn read_messages(messages: &str) -> Result<(Vec<TestProgram>, bool)> {
+    let mut programs = Vec::new();
+    let mut has_documented_library = false;
+    for line in messages.lines() {
+        let message: Value =
+            serde_json::from_str(line).with_context(|| format!("cargo printed `{line}`"))?;
+        if message["reason"] != "compiler-artifact" || message["profile"]["test"] != true {
+            continue;
+        }
+        let text = |value: &Value| value.as_str().map(str::to_owned);
+        let target = &message["target"];
+        let kind = text(&target["kind"][0]).context("a target has a kind")?;
+        has_documented_library |= target["doctest"] == true;
+        // Cargo lists the program of an example without tests, too, but does not run it.
+        let (Some(executable), true) = (text(&message["executable"]), target["test"] == true)
+        else {
+            continue;
+        };
+        let manifest = PathBuf::from(text(&message["manifest_path"]).context("a manifest")?);
+        let folder = manifest.parent().context("a manifest is in a folder")?.to_owned();
+        let package = package(&text(&message["package_id"]).context("a package")?);
+        let name = text(&target["name"]).context("a target has a name")?;
+        let selection = match kind.as_str() {
+            "test" | "bin" | "example" | "bench" => format!("--{kind} {name}"),
+            _ => "--lib".to_owned(),
+        };
+        programs.push(TestProgram {
+            command: format!("cargo test --package {package} {selection}"),
+            package,
+            executable: executable.into(),
+            folder,
+        });
+    }
+    Ok((programs, has_documented_library))
+}
+
+/// Returns the name in a package id such as `path+file:///folder/lib#bittybuzz-lib@0.1.0`. The
+/// folder has the name if there is no `@`.
+fn package(id: &str) -> String {
+    let (source, fragment) = id.rsplit_once('#').unwrap_or((id, ""));
+    match fragment.split_once('@') {
+        Some((name, _)) => name.to_owned(),
+        None => source.rsplit('/').next().unwrap_or(source).to_owned(),
+    }
+}
+
+impl Counts {
+    /// Reads the lines `test result: ok. 7 passed; 0 failed; 1 ignored; …` of a program.
+    pub fn read(output: &str) -> Counts {
+        let mut counts = Counts::default();
+        for line in output.lines().filter(|line| line.starts_with("test result: ")) {
+            let number = |name: &str| -> u32 {
+                let field = line.split(['.', ';']).find_map(|part| part.trim().strip_suffix(name));
+                field.and_then(|number| number.trim().parse().ok()).unwrap_or(0)
+            };
+            counts.add(Counts {
+                passed: number("passed"),
+                failed: number("failed"),
+                ignored: number("ignored"),
+            });
+        }
+        counts
+    }
+
+    fn add(&mut self, other: Counts) {
+        self.passed += other.passed;
+        self.failed += other.failed;
+        self.ignored += other.ignored;
+    }
+
+    fn text(self) -> String {
+        let Counts { passed, failed, ignored } = self;
+        format!("{passed} tests passed, {failed} failed, {ignored} ignored")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn programs_are_read_from_messages() {
+        // As cargo 1.95 prints them, without fields that are not read.
+        let messages = r##"
+{"reason":"compiler-artifact","package_id":"path+file:///r/lib#bittybuzz-lib@0.1.0","manifest_path":"/r/lib/Cargo.toml","target":{"kind":["lib"],"name":"bittybuzz_lib","doctest":true,"test":true},"profile":{"test":false},"executable":null}
+{"reason":"compiler-artifact","package_id":"path+file:///r/lib#bittybuzz-lib@0.1.0","manifest_path":"/r/lib/Cargo.toml","target":{"kind":["lib"],"name":"bittybuzz_lib","doctest":true,"test":true},"profile":{"test":true},"executable":"/t/lib-1"}
+{"reason":"compiler-artifact","package_id":"path+file:///r/bbz#0.1.0","manifest_path":"/r/bbz/Cargo.toml","target":{"kind":["test"],"name":"bbz","doctest":false,"test":true},"profile":{"test":true},"executable":"/t/bbz-2"}
+{"reason":"build-finished","success":true}"##;
+        let (programs, has_documented_library) = read_messages(messages.trim()).unwrap();
+        let found: Vec<_> = programs
+            .iter()
+            .map(|program| (program.command.as_str(), program.folder.to_str().unwrap()))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                ("cargo test --package bittybuzz-lib --lib", "/r/lib"),
+                ("cargo test --package bbz --test bbz", "/r/bbz")
+            ]
+        );
+        assert!(has_documented_library);
+        assert!(read_messages("warning: no message").is_err());
+    }
+
+    #[test]
+    fn results_of_several_runs_are_added() {
+        let output = "running 3 tests\ntest result: FAILED. 2 passed; 1 failed; 0 ignored; 0 measured\n\
+                      test result: ok. 7 passed; 0 failed; 4 ignored; 0 measured; 0 filtered out\n";
+        assert_eq!(Counts::read(output), Counts { passed: 9, failed: 1, ignored: 4 });
+    }
+}
