@@ -1,7 +1,6 @@
 //! Generates the machines of the robots that ship: types as large as their files say.
 //!
-//! Each type is a copy of all code of the machine. A WebAssembly module is downloaded and should be
-//! small: there, the robots that ship run on the machines for robots of users instead.
+//! `src/robot/machine/shipped.rs` includes the list.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -28,25 +27,22 @@ fn main() -> io::Result<()> {
             sizes.insert((slots, places, profile, vm.in_queue, vm.out_queue));
         }
     }
-    let is_downloaded = env::var("CARGO_CFG_TARGET_FAMILY").as_deref() == Ok("wasm");
-    if is_downloaded {
-        sizes.clear();
-    }
-    let smallest = sizes.iter().next().map_or(0, |(_, places, ..)| *places);
+    let (_, smallest, ..) = sizes.first().expect("robots ship");
     let mut text = format!(
         "/// Slots of the smallest machine of a robot that ships.\n\
-         #[cfg(test)]\nconst SMALLEST_SLOTS: usize = {smallest};\n\n\
-         /// Loads the machine of a robot that ships, if one has these sizes: slots, and lengths of the queues.\n\
-         fn load_shipped(\n    context: &GroupContext,\n    sizes: [usize; 3],\n    id: u16,\n    seed: u32,\n\
-         ) -> Option<Loaded> {{\n    Some(match (context.profile, sizes) {{\n"
+         #[cfg(test)]\npub const SMALLEST_SLOTS: usize = {smallest};\n\n\
+         /// Loads the machine of a robot that ships, if one has this number of slots and the queues of the group.\n\
+         pub fn load(\n    context: &GroupContext,\n    slots: usize,\n    id: u16,\n    seed: u32,\n\
+         ) -> Option<Loaded> {{\n    Some(match (context.profile, slots, context.queues) {{\n"
     );
     for &(slots, places, profile, inbox, outbox) in &sizes {
         let frame = format!("{}_FRAME", profile.to_uppercase());
-        let _ = writeln!(
+        writeln!(
             text,
-            "        (NumberProfile::{profile}, [{slots}, {inbox}, {outbox}]) => \
+            "        (NumberProfile::{profile}, {slots}, [{inbox}, {outbox}]) => \
              load_exact::<{profile}, {{ {frame} }}, {places}, {inbox}, {outbox}>(context, id, seed),"
-        );
+        )
+        .expect("a text takes any line");
     }
     text += "        _ => return None,\n    })\n}\n";
     let out = env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("cargo sets OUT_DIR"))?;

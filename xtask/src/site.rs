@@ -15,8 +15,10 @@ const LIBRARY: [&str; 2] =
     ["-Zbuild-std=std,panic_abort", "-Zbuild-std-features=optimize_for_size"];
 
 /// Flags for a small module. A panic traps without a text, because no page would show one, and
-/// relocations are compressed so that the numbers of functions take as few bytes as possible.
-const SMALL: [&str; 4] = [
+/// relocations are compressed so that the numbers of functions take as few bytes as possible. Code
+/// that only other targets use would be a warning here alone.
+const SMALL: [&str; 5] = [
+    "-Dwarnings",
     "-Zunstable-options",
     "-Cpanic=immediate-abort",
     "-Zlocation-detail=none",

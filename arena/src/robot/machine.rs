@@ -5,7 +5,6 @@
 //! A robot gets the smallest type into which it fits. The type makes no difference to a script,
 //! which gets exactly the slots of its robot's file.
 
-use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_inspect::{InspectedQueue, Inspection, Limits, Queues, inspect};
 use bittybuzz_robot_spec::NumberProfile;
@@ -13,18 +12,19 @@ use bittybuzz_vm_core::message::{FULL_FRAME, FrameKind, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Entry, Image, ImageError, NetworkCounters, Outcome, Vm};
 
-use crate::engine::{Digest, FrameSighting, Io, LossCause};
+use crate::engine::{Digest, Io, LossCause};
 
 use super::checks::RunSlice;
 use super::content::{ScriptNumber, VariableContent, content, value};
 use super::context::{GroupContext, KeptImage};
 use super::overruns::Overrun;
 use super::platform::Platform;
-use super::queue::{Bounded, InQueue, OutQueue, QueueProfile};
+use super::queue::{InQueue, OutQueue, QueueProfile};
 use super::seen::SeenEvent;
 use super::state::{PendingSetting, RobotContext, ScriptStage};
 
-include!(concat!(env!("OUT_DIR"), "/machines.rs"));
+#[cfg(not(target_family = "wasm"))]
+mod shipped;
 
 /// Slots of the machines for robots that do not ship, by profile. A WebAssembly module is
 /// downloaded and should be small: there, robots that ship use these machines, too, and two of the
@@ -105,10 +105,6 @@ type Loaded = Result<Box<dyn Machine + Send>, ImageError>;
 type Larger<P, const SLOTS: usize> =
     Scripted<P, Box<dyn InQueue + Send>, Box<dyn OutQueue + Send>, SLOTS>;
 
-/// A machine with queues of at most these lengths.
-type Exact<P, const FRAME: usize, const SLOTS: usize, const IN: usize, const OUT: usize> =
-    Scripted<P, Bounded<Inbox<P, FrameSighting, FRAME, IN>>, Bounded<Outbox<P, FRAME, OUT>>, SLOTS>;
-
 /// A machine with queues of any type.
 #[derive(Clone)]
 struct Scripted<P: Profile, I, O, const SLOTS: usize> {
@@ -126,8 +122,8 @@ struct Scripted<P: Profile, I, O, const SLOTS: usize> {
 /// [`queue::MOST`](super::queue::MOST).
 pub fn load(context: &GroupContext, id: u16, seed: u32) -> Loaded {
     let slots = context.slots + context.sizes.slots();
-    let [inbox, outbox] = context.queues;
-    if let Some(loaded) = load_shipped(context, [slots, inbox, outbox], id, seed) {
+    #[cfg(not(target_family = "wasm"))]
+    if let Some(loaded) = shipped::load(context, slots, id, seed) {
         return loaded;
     }
     match context.profile {
@@ -161,29 +157,6 @@ where
     } else {
         Larger::<P, LARGE>::load(context, inbox, outbox, id, seed)
     }
-}
-
-/// Loads a machine that is at least as large as the robot file says.
-fn load_exact<
-    P: Profile,
-    const FRAME: usize,
-    const SLOTS: usize,
-    const IN: usize,
-    const OUT: usize,
->(
-    context: &GroupContext,
-    id: u16,
-    seed: u32,
-) -> Loaded
-where
-    Exact<P, FRAME, SLOTS, IN, OUT>: Send,
-    Bounded<Inbox<P, FrameSighting, FRAME, IN>>: Send,
-    Bounded<Outbox<P, FRAME, OUT>>: Send,
-{
-    let [inbox, outbox] = context.queues;
-    let inbox = Bounded::<Inbox<P, FrameSighting, FRAME, IN>>::inbox(inbox);
-    let outbox = Bounded::<Outbox<P, FRAME, OUT>>::outbox(outbox);
-    Exact::<P, FRAME, SLOTS, IN, OUT>::load(context, inbox, outbox, id, seed)
 }
 
 impl<P: Profile, I, O, const SLOTS: usize> Scripted<P, I, O, SLOTS>
@@ -431,7 +404,7 @@ mod tests {
     /// cache better.
     #[test]
     fn machines_are_small() {
-        let vm = size_of::<Vm<Tiny, &[u8], SMALLEST_SLOTS>>();
+        let vm = size_of::<Vm<Tiny, &[u8], { shipped::SMALLEST_SLOTS }>>();
         assert!(vm <= 2200, "{vm} bytes");
     }
 }
