@@ -145,7 +145,7 @@ pub fn run(part: Option<&str>) -> Result<()> {
             println!("{}: {} left", part.name, remaining.len() - number - 1);
         }
         record.report(part);
-        if record.left(part).is_empty() {
+        if record.remaining(part).is_empty() {
             evidence::record_part(part.name)?;
         }
     }
