@@ -114,7 +114,6 @@ fn message(payload: &(dyn Any + Send)) -> String {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 mod tests {
     use super::*;
 

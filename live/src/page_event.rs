@@ -498,7 +498,6 @@ pub struct DefectEvent {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 mod tests {
     use std::collections::BTreeMap;
     use std::fs;
