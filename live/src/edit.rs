@@ -18,7 +18,7 @@ use crate::words;
 use crate::workshop::{Drafts, groups_with, scripts};
 
 /// A reason why a text cannot be run.
-pub enum NotRun {
+pub enum EditError {
     /// The request is not valid.
     Refused(String),
     /// The compiler found errors.
@@ -27,9 +27,9 @@ pub enum NotRun {
     Command(Vec<ScenarioError>),
 }
 
-impl From<String> for NotRun {
+impl From<String> for EditError {
     fn from(reason: String) -> Self {
-        NotRun::Refused(reason)
+        EditError::Refused(reason)
     }
 }
 
@@ -101,12 +101,12 @@ pub fn run(
     (name, text): (&str, &str),
     ids: Option<&[u16]>,
     keep: bool,
-) -> Result<[PageEvent; 2], NotRun> {
+) -> Result<[PageEvent; 2], EditError> {
     let setup = session.run().setup().clone();
     let script = find(&setup, name)?;
     let groups: Vec<&Group> = match ids {
         None => groups_with(&setup, &script).collect(),
-        Some(ids) => setup.scenario.groups.iter().filter(|one| has_some(one, ids)).collect(),
+        Some(ids) => setup.scenario.groups.iter().filter(|one| contains_any(one, ids)).collect(),
     };
     let robots = match ids {
         Some(ids) => json!(ids),
@@ -115,13 +115,13 @@ pub fn run(
     let (messages, has_error) = drafts.check(groups.into_iter(), &script, text);
     let diagnostics = diagnostics(name, text, messages);
     if has_error {
-        return Err(NotRun::Errors(diagnostics));
+        return Err(EditError::Errors(diagnostics));
     }
     let draft = name_of(&setup, &drafts.keep(&script, text));
     // JSON's notation of strings and numbers is valid TOML.
     let keep = if keep { "\nkeep = true" } else { "" };
     let command = format!("load = {robots}\nscript = {}{keep}", Value::from(draft.as_str()));
-    session.command(&command).map_err(NotRun::Command)?;
+    session.command(&command).map_err(EditError::Command)?;
     let quantities = begin::quantities(session.run().setup());
     let controls = controls(drafts, &setup);
     let ran = RanEvent { name: name.to_owned(), draft, quantities, controls };
@@ -134,10 +134,10 @@ pub fn begin(
     drafts: &mut Drafts,
     setup: &Setup,
     text: &str,
-) -> Result<(Setup, Vec<PageEvent>), NotRun> {
+) -> Result<(Setup, Vec<PageEvent>), EditError> {
     let name = name_of_scenario(drafts, setup);
     let made = set_up(drafts.workshop(), text, &[], &drafts.last());
-    let made = made.map_err(|errors| NotRun::Errors(diagnostics(&name, "", errors)))?;
+    let made = made.map_err(|errors| EditError::Errors(diagnostics(&name, "", errors)))?;
     drafts.begin();
     let made = made.with_compiler(drafts.workshop().compiler());
     Ok((made, vec![PageEvent::Began(BeganEvent { name })]))
@@ -212,7 +212,7 @@ fn find(setup: &Setup, name: &str) -> Result<PathBuf, String> {
 }
 
 /// Returns true if a robot of the group has one of the ids.
-fn has_some(group: &Group, ids: &[u16]) -> bool {
+fn contains_any(group: &Group, ids: &[u16]) -> bool {
     let first = u32::from(group.first_id);
     let own = first..first + group.count;
     ids.iter().any(|id| own.contains(&u32::from(*id)))

@@ -10,7 +10,7 @@ use crate::page_event::{
 use crate::watch::{MessageFate, Watch};
 
 /// Records the faults, log lines and watched messages of a tick.
-pub struct Notes<'a> {
+pub struct EventCollector<'a> {
     /// The programs of the run.
     pub setup: &'a Setup,
     /// The events that the client has not taken yet.
@@ -19,7 +19,7 @@ pub struct Notes<'a> {
     pub watch: &'a mut Watch,
 }
 
-impl Observer for Notes<'_> {
+impl Observer for EventCollector<'_> {
     fn see(&mut self, event: ObservedEvent<'_>) {
         let ObservedEvent { tick, robot, kind } = event;
         match kind {
@@ -31,12 +31,14 @@ impl Observer for Notes<'_> {
                 self.events.push(PageEvent::Fault(fault(self.setup, robot, record)));
             }
             EventKind::Received { receiver, .. } => {
-                self.watch.note(MessageFate::Heard, robot, receiver)
+                self.watch.record(MessageFate::Received, robot, receiver)
             }
             EventKind::Lost { receiver, cause: LossCause::Collision, .. } => {
-                self.watch.note(MessageFate::Collided, robot, receiver);
+                self.watch.record(MessageFate::Collided, robot, receiver);
             }
-            EventKind::Lost { receiver, .. } => self.watch.note(MessageFate::Lost, robot, receiver),
+            EventKind::Lost { receiver, .. } => {
+                self.watch.record(MessageFate::Lost, robot, receiver)
+            }
             _ => {}
         }
     }

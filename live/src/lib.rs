@@ -79,7 +79,7 @@ mod workshop;
 
 pub use compiler_message::CompilerMessage;
 pub use defect::Defect;
-pub use hand_in::{ExpectationVerdict, HandIn, TextFile};
+pub use hand_in::{HandIn, TextFile};
 pub use live::Live;
 pub use page_event::{DefectEvent, FaultPlace, PageEvent};
 pub use replay::Replay;

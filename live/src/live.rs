@@ -11,8 +11,8 @@ use bittybuzz_inspect::Limits;
 
 use crate::begin;
 use crate::conditions;
-use crate::edit::{self, NotRun};
-use crate::events::{self, Notes};
+use crate::edit::{self, EditError};
+use crate::events::{self, EventCollector};
 use crate::hand_in::{HandIn, TextFile};
 use crate::inspection;
 use crate::pace::{Pace, RATES};
@@ -64,7 +64,7 @@ impl Live {
         let mut live = Live {
             session,
             scenario,
-            pace: Pace::Still,
+            pace: Pace::Paused,
             samples: Samples::NEW,
             events: Vec::new(),
             inspected: None,
@@ -92,7 +92,7 @@ impl Live {
         &self.session
     }
 
-    fn carry_out(&mut self, request: Request, now: Duration) {
+    fn execute(&mut self, request: Request, now: Duration) {
         match request {
             Request::Play { rate: None } => self.pace = Pace::Unlimited,
             Request::Play { rate: Some(rate) } if RATES.contains(&rate) => {
@@ -101,10 +101,10 @@ impl Live {
             Request::Play { rate: Some(rate) } => {
                 return self.refuse(&Pace::refusal(rate), None);
             }
-            Request::Pause => self.pace = Pace::Still,
+            Request::Pause => self.pace = Pace::Paused,
             Request::Step { ticks } => self.pace = Pace::Steps(ticks),
             Request::GoTo { tick } => {
-                self.pace = Pace::Still;
+                self.pace = Pace::Paused;
                 if let Err(error) = self.session.go_to(tick) {
                     return self.refuse(&error.to_string(), None);
                 }
@@ -217,19 +217,19 @@ impl Live {
     /// Handles a request of the editor.
     fn edit(
         &mut self,
-        act: impl FnOnce(&mut Drafts, &mut Session) -> Result<Vec<PageEvent>, NotRun>,
+        act: impl FnOnce(&mut Drafts, &mut Session) -> Result<Vec<PageEvent>, EditError>,
     ) {
         let Some(drafts) = &mut self.drafts else {
             return self.refuse("scripts of this session cannot be edited", None);
         };
         match act(drafts, &mut self.session) {
             Ok(events) => self.events.extend(events),
-            Err(NotRun::Refused(reason)) => self.refuse(&reason, None),
-            Err(NotRun::Errors(diagnostics)) => {
+            Err(EditError::Refused(reason)) => self.refuse(&reason, None),
+            Err(EditError::Errors(diagnostics)) => {
                 self.events.push(PageEvent::Diagnostics(diagnostics));
                 self.refuse("the script has errors: the robots go on with what they have", None);
             }
-            Err(NotRun::Command(errors)) => {
+            Err(EditError::Command(errors)) => {
                 errors.iter().for_each(|error| self.refuse_command(error));
             }
         }
@@ -250,8 +250,9 @@ impl Live {
 
     fn simulate(&mut self) {
         let setup = self.session.run().setup().clone();
-        let mut notes = Notes { setup: &setup, events: &mut self.events, watch: &mut self.watch };
-        if let Err(error) = self.session.tick_observed(&mut notes) {
+        let mut collector =
+            EventCollector { setup: &setup, events: &mut self.events, watch: &mut self.watch };
+        if let Err(error) = self.session.tick_observed(&mut collector) {
             self.has_failed = true;
             let text = error.to_string();
             self.events.push(PageEvent::Failed(FailedEvent { text }));
@@ -260,13 +261,13 @@ impl Live {
         self.session.take_log();
     }
 
-    /// Simulates the ticks of the session that are due, as long as `goes_on` returns true. Returns
+    /// Simulates the ticks of the session that are due, as long as `has_time` returns true. Returns
     /// true if ticks are still due.
-    fn go_on(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
+    fn advance_run(&mut self, now: Duration, has_time: &mut dyn FnMut() -> bool) -> bool {
         let run = self.session.run();
         let due = self.pace.due(run.now(), now, TICKS_PER_SECOND);
         let (mut done, wanted) = (0, due.min(run.end().saturating_sub(run.now())));
-        while done < wanted && !self.has_failed && goes_on() {
+        while done < wanted && !self.has_failed && has_time() {
             self.simulate();
             done += 1;
         }
@@ -275,11 +276,11 @@ impl Live {
         }
         self.pace.passed(done, due, self.session.run().now(), now);
         if self.session.run().is_over() || self.has_failed {
-            self.pace = Pace::Still;
+            self.pace = Pace::Paused;
         }
         self.add_verdicts();
         self.add_conditions();
-        if self.pace == Pace::Still {
+        if self.pace == Pace::Paused {
             self.add_state();
         }
         self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
@@ -293,7 +294,7 @@ impl Live {
             Ok(run) => {
                 self.session = Session::new(run, most);
                 self.scenario = text;
-                self.pace = Pace::Still;
+                self.pace = Pace::Paused;
                 self.has_failed = false;
                 let before = std::mem::take(&mut self.events);
                 self.begin();
@@ -372,7 +373,7 @@ impl Live {
         };
         self.events.push(PageEvent::State(StateEvent {
             tick: run.now(),
-            plays: self.pace != Pace::Still,
+            plays: self.pace != Pace::Paused,
             rate,
             over: run.is_over(),
         }));
@@ -452,15 +453,15 @@ impl Source for Live {
 
     fn request(&mut self, text: &str, now: Duration) {
         match serde_json::from_str(text) {
-            Ok(request) => self.carry_out(request, now),
+            Ok(request) => self.execute(request, now),
             Err(error) => self.refuse(&format!("the request makes no sense: {error}"), None),
         }
     }
 
-    fn advance(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
-        let is_late = self.go_on(now, goes_on);
+    fn advance(&mut self, now: Duration, has_time: &mut dyn FnMut() -> bool) -> bool {
+        let is_late = self.advance_run(now, has_time);
         let Some(trials) = &mut self.trials else { return is_late };
-        let has_more = trials.advance(&mut self.events, goes_on);
+        let has_more = trials.advance(&mut self.events, has_time);
         if !has_more {
             self.trials = None;
         }

@@ -10,7 +10,7 @@ pub const RATES: RangeInclusive<f64> = 0.1..=1000.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
     /// The run is paused.
-    Still,
+    Paused,
     /// The run pauses after this number of further ticks.
     Steps(u32),
     /// The run follows the caller's clock.
@@ -36,7 +36,7 @@ impl Pace {
     /// has `ticks_per_second` in real time.
     pub fn due(&self, tick: u64, now: Duration, ticks_per_second: f64) -> u64 {
         match *self {
-            Pace::Still => 0,
+            Pace::Paused => 0,
             Pace::Steps(left) => left.into(),
             Pace::Rate { rate, since, from } => {
                 let passed = now.saturating_sub(since).as_secs_f64() * rate * ticks_per_second;
@@ -51,7 +51,7 @@ impl Pace {
     /// afterwards.
     pub fn passed(&mut self, done: u64, due: u64, tick: u64, now: Duration) {
         match self {
-            Pace::Steps(left) if u64::from(*left) <= done => *self = Pace::Still,
+            Pace::Steps(left) if u64::from(*left) <= done => *self = Pace::Paused,
             Pace::Steps(left) => *left -= done as u32,
             Pace::Rate { since, from, .. } if done < due => (*since, *from) = (now, tick),
             _ => {}

@@ -83,7 +83,7 @@ impl<'a> Replay<'a> {
             keys,
             end,
             cut,
-            pace: Pace::Still,
+            pace: Pace::Paused,
             samples: Samples::NEW,
             events: Vec::new(),
         };
@@ -125,7 +125,7 @@ impl<'a> Replay<'a> {
         };
         self.events.push(PageEvent::State(StateEvent {
             tick: self.shown.tick,
-            plays: self.pace != Pace::Still,
+            plays: self.pace != Pace::Paused,
             rate,
             over: self.next.is_none(),
         }));
@@ -211,9 +211,9 @@ impl Source for Replay<'_> {
             Ok(Request::Play { rate: Some(rate) }) => {
                 return self.refuse(&Pace::refusal(rate));
             }
-            Ok(Request::Pause) => self.pace = Pace::Still,
+            Ok(Request::Pause) => self.pace = Pace::Paused,
             Ok(Request::Step { ticks }) => {
-                self.pace = Pace::Still;
+                self.pace = Pace::Paused;
                 for _ in 0..ticks {
                     if !self.step() {
                         break;
@@ -221,7 +221,7 @@ impl Source for Replay<'_> {
                 }
             }
             Ok(Request::GoTo { tick }) => {
-                self.pace = Pace::Still;
+                self.pace = Pace::Paused;
                 self.go_to(tick);
             }
             Ok(_) => return self.refuse("a recording has places, LEDs and states alone"),
@@ -230,7 +230,7 @@ impl Source for Replay<'_> {
         self.add_state();
     }
 
-    fn advance(&mut self, now: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
+    fn advance(&mut self, now: Duration, has_time: &mut dyn FnMut() -> bool) -> bool {
         let due = self.pace.due(self.shown.tick, now, self.ticks_per_second());
         if due == 0 {
             return false;
@@ -238,11 +238,11 @@ impl Source for Replay<'_> {
         let wanted = self.shown.tick.saturating_add(due);
         let is_due =
             |next: &Option<RecordingSample>| next.as_ref().is_some_and(|next| next.tick <= wanted);
-        while is_due(&self.next) && goes_on() {
+        while is_due(&self.next) && has_time() {
             self.step();
         }
         if self.next.is_none() {
-            self.pace = Pace::Still;
+            self.pace = Pace::Paused;
             self.add_state();
         }
         let is_late = is_due(&self.next);

@@ -54,12 +54,12 @@ impl Trials {
         self.variants.len() * self.seeds.len()
     }
 
-    /// Simulates one tick, and further ticks as long as `goes_on` returns true. Adds events.
+    /// Simulates one tick, and further ticks as long as `has_time` returns true. Adds events.
     /// Returns false when all trials have ended, after which it must not be called.
     pub fn advance(
         &mut self,
         events: &mut Vec<PageEvent>,
-        goes_on: &mut dyn FnMut() -> bool,
+        has_time: &mut dyn FnMut() -> bool,
     ) -> bool {
         loop {
             if let Err(reason) = self.tick(events) {
@@ -70,7 +70,7 @@ impl Trials {
             if self.done >= self.count() {
                 return false;
             }
-            if !goes_on() {
+            if !has_time() {
                 return true;
             }
         }

@@ -14,7 +14,7 @@ const MESSAGES_MAX: usize = 4000;
 #[derive(Clone, Copy)]
 pub enum MessageFate {
     /// The message arrived.
-    Heard,
+    Received,
     /// The message overlapped with another one at the receiver.
     Collided,
     /// The message was lost for another reason.
@@ -39,10 +39,10 @@ impl Watch {
     }
 
     /// Records the fate of a message at one robot.
-    pub fn note(&mut self, fate: MessageFate, sender: usize, receiver: usize) {
+    pub fn record(&mut self, fate: MessageFate, sender: usize, receiver: usize) {
         let [heard, collided, lost] = &mut self.fates;
         let list = match fate {
-            MessageFate::Heard => heard,
+            MessageFate::Received => heard,
             MessageFate::Collided => collided,
             MessageFate::Lost => lost,
         };

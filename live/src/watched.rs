@@ -197,7 +197,7 @@ impl Source for Watched {
         self.events.push(PageEvent::refused(text, None));
     }
 
-    fn advance(&mut self, _: Duration, goes_on: &mut dyn FnMut() -> bool) -> bool {
+    fn advance(&mut self, _: Duration, has_time: &mut dyn FnMut() -> bool) -> bool {
         while !self.is_over {
             match self.reports.try_recv() {
                 Ok(report) => self.take(report),
@@ -207,7 +207,7 @@ impl Source for Watched {
                     self.add_state();
                 }
             }
-            if !goes_on() {
+            if !has_time() {
                 return true;
             }
         }

@@ -79,11 +79,11 @@ impl Playground {
         }
     }
 
-    /// Simulates at most `most` of the ticks that are due. Returns true if some are still due.
-    fn advance(&mut self, now: Duration, most: u32) -> bool {
-        let mut ticks = 0..most;
-        let mut goes_on = || ticks.next().is_some();
-        self.live.as_mut().is_some_and(|live| live.advance(now, &mut goes_on))
+    /// Simulates at most `ticks_max` of the ticks that are due. Returns true if some are still due.
+    fn advance(&mut self, now: Duration, ticks_max: u32) -> bool {
+        let mut ticks = 0..ticks_max;
+        let mut has_time = || ticks.next().is_some();
+        self.live.as_mut().is_some_and(|live| live.advance(now, &mut has_time))
     }
 
     /// Sets the output to the events since the last call, as a JSON array.
@@ -145,10 +145,10 @@ pub extern "C" fn request(now: f64) {
     with(|playground| playground.request(time(now)));
 }
 
-/// Simulates the ticks of 100 ms that are due, but at most `most`. Returns 1 if some are still due, else 0.
+/// Simulates the ticks of 100 ms that are due, but at most `ticks_max`. Returns 1 if some are still due, else 0.
 #[unsafe(no_mangle)]
-pub extern "C" fn advance(now: f64, most: u32) -> u32 {
-    with(|playground| playground.advance(time(now), most).into())
+pub extern "C" fn advance(now: f64, ticks_max: u32) -> u32 {
+    with(|playground| playground.advance(time(now), ticks_max).into())
 }
 
 /// Sets the output to the events since the last call, as a JSON array.

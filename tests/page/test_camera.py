@@ -106,7 +106,7 @@ def test_trails_follow_the_camera(page):  # noqa: F811
     page.keyboard.press("ArrowRight")
     assert difference(page, with_trails, picture(page)) > 1000
     page.keyboard.press("ArrowLeft")
-    assert difference(page, with_trails, picture(page)) < 50, "painted anew as they were"
+    assert difference(page, with_trails, picture(page)) < 50, "painted again as they were"
     page.uncheck("#trails")
     without = picture_with_focus(page)
     assert difference(page, with_trails, without) > 1000

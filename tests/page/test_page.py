@@ -17,7 +17,7 @@ import xml.etree.ElementTree
 import pytest
 from playwright.sync_api import expect
 
-# In its first step robot 7 hears nobody yet, later robot 6. Its step 20 divides by zero.
+# In its first step robot 7 receives nothing yet, later messages of robot 6. Its step 20 divides by zero.
 SCRIPT = """\
 n = 0
 t = {.a = 1, .deep = {.b = 2}}
@@ -472,7 +472,7 @@ def test_messages_and_quantities_are_drawn(page):
     go(page, 80)
     by_state = body()
     page.get_by_label("Colour by").select_option("global.n")
-    # Robot 7 has begun anew in between.
+    # Robot 7 has restarted in between.
     expect(page.locator("#most")).to_have_text("79")
     assert body() != by_state
     page.get_by_label("Colour by").select_option("state")
@@ -485,7 +485,7 @@ def test_a_quantity_is_drawn_over_time(page):
     go(page, 40)
     words = page.locator("#curve-text")
     expect(words).to_contain_text("global.n: median ")
-    # Both robots begin at once; robot 7 begins anew after its step 20.
+    # Both robots begin at once; robot 7 restarts after its step 20.
     go(page, 80)
     expect(words).to_contain_text("all ")
     page.mouse.click(*place(page, -30, 0))
