@@ -2,8 +2,8 @@
 //! in a page. With `--robots`, it runs the firmware of one robot and then that of a whole swarm in
 //! emulation, instead of showing the page.
 
-use crate::beside;
-use crate::unlike;
+use crate::mixed_swarm;
+use crate::side_by_side;
 use anyhow::{Result, ensure};
 use bittybuzz_builds::setup;
 use bittybuzz_builds::shell::{Invocation, cargo, root, target};
@@ -54,8 +54,8 @@ pub fn run(robots: bool, no_browser: bool) -> Result<()> {
         println!("The same with the firmware of robots, in emulation: cargo xtask demo --robots");
         return show(&bbz, no_browser);
     }
-    beside::run(&bbz)?;
-    unlike::run(&bbz)
+    side_by_side::run(&bbz)?;
+    mixed_swarm::run(&bbz)
 }
 
 /// Shows the swarm in a page until the user closes the page. Without a terminal, Ctrl-C could not

@@ -7,16 +7,16 @@
 //! Benchmarks are in `bench/harness`, long tests in `tests/soak`, and the builds of programs and
 //! images that all of them use in `tools/builds`.
 
-mod beside;
 mod book;
 mod checks;
 mod demo;
+mod mixed_swarm;
 mod package;
 mod quick;
 mod release;
+mod side_by_side;
 mod site;
 mod sizes;
-mod unlike;
 mod vendor;
 
 use bittybuzz_bench_harness as bench;

@@ -39,10 +39,10 @@ pub fn run(bbz: &Path) -> Result<()> {
         anyhow::Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     };
     let robot = bittybuzz_robot_files::find(CRAZYFLIE.robot)?;
-    let here = told_here(&robot, &output(&here)?);
-    let shown = told_there(&output(&[&there[..], &["--outputs"]].concat())?);
+    let here = lines_of_run(&robot, &output(&here)?);
+    let shown = lines_of_trace(&output(&[&there[..], &["--outputs"]].concat())?);
     let logged = output(&[&there[..], &["--plain"]].concat())?;
-    println!("\n{}", beside(&here, &shown));
+    println!("\n{}", columns(&here, &shown));
     let expected: Vec<&str> = logs(&here).collect();
     let logged: Vec<&str> = logged.lines().collect();
     if logged.is_empty() || logged != expected {
@@ -53,33 +53,33 @@ pub fn run(bbz: &Path) -> Result<()> {
 }
 
 /// Returns the lines of `bbz run`: calls of robot functions, and log lines.
-fn told_here(robot: &Robot, output: &str) -> Vec<PrintedLine> {
+fn lines_of_run(robot: &Robot, output: &str) -> Vec<PrintedLine> {
     let is_call =
         |text: &str| text.split_once('(').is_some_and(|(name, _)| robot.function(name).is_some());
-    let told = |text: &str| PrintedLine { text: text.to_owned(), is_log: !is_call(text) };
-    output.lines().map(told).collect()
+    let line = |text: &str| PrintedLine { text: text.to_owned(), is_log: !is_call(text) };
+    output.lines().map(line).collect()
 }
 
 /// Returns the lines of `bbz trace`: time, subject, text.
-fn told_there(output: &str) -> Vec<PrintedLine> {
+fn lines_of_trace(output: &str) -> Vec<PrintedLine> {
     let is_log = |text: &str| text.split_whitespace().nth(1) == Some("step");
-    let told = |text: &str| PrintedLine { text: text.to_owned(), is_log: is_log(text) };
-    output.lines().map(told).collect()
+    let line = |text: &str| PrintedLine { text: text.to_owned(), is_log: is_log(text) };
+    output.lines().map(line).collect()
 }
 
-fn logs(told: &[PrintedLine]) -> impl Iterator<Item = &str> {
-    told.iter().filter(|told| told.is_log).map(|told| told.text.as_str())
+fn logs(lines: &[PrintedLine]) -> impl Iterator<Item = &str> {
+    lines.iter().filter(|line| line.is_log).map(|line| line.text.as_str())
 }
 
 /// Returns both outputs as two columns, in which corresponding log lines are in one row.
-fn beside(here: &[PrintedLine], there: &[PrintedLine]) -> String {
+fn columns(here: &[PrintedLine], there: &[PrintedLine]) -> String {
     let mut rows = vec![("bbz run", "bbz trace --emulate"), ("", "")];
     let (mut here, mut there) = (here.iter().peekable(), there.iter().peekable());
     while here.peek().is_some() || there.peek().is_some() {
         // The rows hold the lines before the next log line of either side, then that log line.
         loop {
-            let left = here.next_if(|told| !told.is_log);
-            let right = there.next_if(|told| !told.is_log);
+            let left = here.next_if(|line| !line.is_log);
+            let right = there.next_if(|line| !line.is_log);
             if left.is_none() && right.is_none() {
                 break;
             }
@@ -94,8 +94,8 @@ fn beside(here: &[PrintedLine], there: &[PrintedLine]) -> String {
     lines.map(|line| line.trim_end().to_owned() + "\n").collect()
 }
 
-fn text(told: Option<&PrintedLine>) -> &str {
-    told.map_or("", |told| told.text.as_str())
+fn text(line: Option<&PrintedLine>) -> &str {
+    line.map_or("", |line| line.text.as_str())
 }
 
 #[cfg(test)]
@@ -111,14 +111,15 @@ mod tests {
     #[test]
     fn calls_of_robot_functions_are_no_log_lines() {
         let robot = bittybuzz_robot_files::find("crazyflie").unwrap();
-        let told = told_here(&robot, "led(1)\n1: checked\nlamp(1)\n");
-        assert_eq!(logs(&told).collect::<Vec<_>>(), ["1: checked", "lamp(1)"]);
+        let lines = lines_of_run(&robot, "led(1)\n1: checked\nlamp(1)\n");
+        assert_eq!(logs(&lines).collect::<Vec<_>>(), ["1: checked", "lamp(1)"]);
     }
 
     #[test]
     fn log_lines_stand_in_one_row() {
         let robot = bittybuzz_robot_files::find("crazyflie").unwrap();
-        let table = beside(&told_here(&robot, "led(1)\n1: checked\nled(2)\n"), &told_there(TRACE));
+        let table =
+            columns(&lines_of_run(&robot, "led(1)\n1: checked\nled(2)\n"), &lines_of_trace(TRACE));
         let rows: Vec<&str> = table.lines().skip(2).collect();
         assert_eq!(
             rows,
@@ -134,7 +135,7 @@ mod tests {
     #[test]
     fn a_log_line_that_is_missing_leaves_its_place_empty() {
         let robot = bittybuzz_robot_files::find("crazyflie").unwrap();
-        let table = beside(&told_here(&robot, "a\nb\n"), &told_there("0.1 step 0 a\n"));
+        let table = columns(&lines_of_run(&robot, "a\nb\n"), &lines_of_trace("0.1 step 0 a\n"));
         assert_eq!(
             table.lines().skip(2).collect::<Vec<_>>(),
             ["a       |0.1 step 0 a", "b       |"]
