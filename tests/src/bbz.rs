@@ -29,7 +29,7 @@ pub fn root() -> &'static Path {
 
 /// The `bbz` that belongs to this build, built on the first call.
 ///
-/// Cargo tells tests only the binaries of their own package, so this asks cargo for the other one: same
+/// Cargo passes tests only the binaries of their own package, so this builds the other one: same
 /// target folder, same profile.
 pub fn path() -> &'static Path {
     static PATH: OnceLock<PathBuf> = OnceLock::new();
@@ -85,7 +85,7 @@ fn read_aside<R: Read + Send + 'static>(pipe: Option<R>) -> thread::JoinHandle<S
     thread::spawn(move || {
         let mut bytes = Vec::new();
         if let Some(mut pipe) = pipe {
-            // A pipe that breaks ends the text; the exit status tells what happened.
+            // A pipe that breaks ends the text; the exit status has the reason.
             let _ = pipe.read_to_end(&mut bytes);
         }
         String::from_utf8_lossy(&bytes).into_owned()

@@ -1,7 +1,7 @@
-//! What the end-to-end tests share: running `bbz`, reading the expectations in a script's comments, and
-//! telling a reader what differs.
+//! Common code of the end-to-end tests: runs `bbz`, reads the expectations in the comments of scripts, and
+//! prints the differences.
 //!
-//! The tests themselves are Buzz scripts; README.md beside this crate explains how to write one. The files
+//! The tests themselves are Buzz scripts; README.md of this crate explains how to write one. The files
 //! under `tests/tests` only collect scripts and hand them to this crate:
 //!
 //! * `language`: every script of `bzz/`, with expectations in its comments ([`script`]);

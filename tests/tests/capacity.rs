@@ -96,7 +96,7 @@ fn twice_the_data_of_the_reference_fits_the_same_memory() {
         let robot = bittybuzz_robot_files::find(reference.robot).expect("it ships");
         // The reference sends no values that need fragments, so it has no room to put them together.
         let fragments = u32::from(FRAGMENTS_MAX) * (robot.frame_bytes() - FRAGMENT_HEAD as u32);
-        // Nor does it keep where the sender of a waiting message was seen; a Kilobot sees nobody.
+        // It does not store the place of the sender of a waiting message either; a Kilobot measures no places.
         let sightings = match robot.vm.bearings {
             true => robot.vm.in_queue * robot.sighting_bytes(),
             false => 0,

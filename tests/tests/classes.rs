@@ -61,7 +61,7 @@ fn no_script_drops_its_own_messages() {
     report::conclude("classes", paths.len(), 50, &failures);
 }
 
-/// Puts a probe behind each assignment in a line of its own, and into each function for its parameters. Returns the program
+/// Inserts a probe after each assignment in a line of its own, and into each function for its parameters. Returns the program
 /// with the probes that `probe` makes of a number and a variable.
 fn with_probes(program: &str, probe: impl Fn(usize, &str) -> String) -> (String, usize) {
     let (mut text, mut count) = (String::new(), 0);
@@ -77,7 +77,7 @@ fn with_probes(program: &str, probe: impl Fn(usize, &str) -> String) -> (String,
     (text, count)
 }
 
-/// The variables that have new values behind a line.
+/// Returns the variables that have new values after a line.
 fn probed(line: &str) -> Vec<&str> {
     let is_name = |text: &str| {
         !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

@@ -172,7 +172,7 @@ fn strings_are_freed() {
     assert!(trace.output.contains("log 50\n"), "{}", trace.output);
 }
 
-/// Memory that one script has filled is empty for the next, and a fault leaves nothing behind.
+/// Memory that one script has filled is empty for the next, and so is the memory after a fault.
 #[test]
 fn a_full_machine_accepts_the_next_script() {
     let compile = |script: &str| {

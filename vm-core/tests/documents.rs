@@ -1,5 +1,5 @@
 //! docs/instruction-set.md is written from the tables of the crate, and from bench/costs.json. `UPDATE_DOCS=1 cargo test`
-//! writes it anew.
+//! writes it again.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -160,7 +160,7 @@ Crazyflie, when their whole heap is filled by the table that the instruction wor
 |---|---|---|---|---|---|---|
 ";
 
-/// The columns behind the case.
+/// The columns after the case.
 const TARGETS: [&str; 5] = ["avr", "thumbv6m", "thumbv7em", "thumbv6m-full", "thumbv7em-full"];
 
 /// A robot whose longest instructions are in the table.

@@ -169,7 +169,7 @@ fn parsed_floats_are_nearest() {
             check(&format!("{value:.6}"));
         }
     }
-    // Midpoints between two floats, exact and just beside: what the last digits decide.
+    // Midpoints between two floats, exact and next to them: what the last digits decide.
     for _ in 0..15_000 {
         let bits = random.next() as u32 & 0x00FF_FFFF;
         let lower = f32::from_bits(bits % 0x0080_0000 + 0x4B80_0000);

@@ -295,7 +295,7 @@ fn forward_jumps_meet_at_one_depth() {
     assert_eq!(check(2, &[NIL, JUMP_FALSE, 1, END, END]), Ok(()));
     // One way brings a value, the other none.
     assert_eq!(check(2, &[NIL, JUMP_FALSE, 1, NIL, END]), Err(ImageError::Depth(4)));
-    // Into the middle of an instruction, to the end, behind the end.
+    // Into the middle of an instruction, to the end, after the end.
     assert!(matches!(check(2, &[NIL, JUMP_FALSE, 1, INT, 5, POP, END]), Err(ImageError::Jump(_))));
     assert_eq!(check(2, &[NIL, JUMP_FALSE, 1, END]), Err(ImageError::Jump(1)));
     assert_eq!(check(2, &[NIL, JUMP_FALSE, 100, END]), Err(ImageError::Jump(1)));
@@ -323,7 +323,7 @@ fn backward_jumps_lead_to_the_place_after_a_jump() {
 
 #[test]
 fn a_jump_target_after_a_jump_has_the_depth_of_the_forward_jump() {
-    // The place behind the JUMP is reached by a forward jump at depth 1 only; the code there pops. A backward jump
+    // The place after the JUMP is reached by a forward jump at depth 1 only; the code there pops. A backward jump
     // to it at depth 0, the depth of the JUMP, must be refused.
     let code = [
         NIL, NIL, JUMP_FALSE, 3, // 0: depth 1 goes to 7

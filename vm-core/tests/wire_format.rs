@@ -46,7 +46,7 @@ impl<'a> Words<'a> {
         self.word().unwrap().parse().unwrap()
     }
 
-    /// The number behind that word.
+    /// Reads that word and returns the number after it.
     fn named(&mut self, name: &str) -> u32 {
         assert_eq!(self.word(), Some(name));
         self.number()

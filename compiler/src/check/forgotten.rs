@@ -1,5 +1,5 @@
 //! Finds library functions that are used without a call although their result is meant, and
-//! stigmergies that every step creates anew.
+//! stigmergies that every step creates again.
 
 use std::collections::{BTreeMap, BTreeSet};
 

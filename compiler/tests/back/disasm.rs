@@ -99,7 +99,7 @@ fn bytes_without_an_image_are_reported() {
 fn overlapping_functions_are_listed_once() {
     let (mut bytes, _) = image("function step() { log(1) } function init() { log(2) }", TINY);
     let table = usize::from(Image::new(bytes.as_slice()).header().unwrap().functions_at());
-    // The second of three functions starts behind the end of the image.
+    // The second of three functions starts after the end of the image.
     bytes[table + 2..table + 4].copy_from_slice(&[0xff, 0xff]);
     assert!(disassemble(&bytes, None).contains("function 1 starts after its end"));
 }

@@ -97,7 +97,7 @@ fn computed_memory_equals_the_memory_that_the_machine_needs() {
 
 #[test]
 fn too_many_globals_are_reported_at_the_first_that_does_not_fit() {
-    // 16 slots beside the globals.
+    // 16 slots in addition to the globals.
     let script = "a = 1 b = 2\nc = a + b\nd = c";
     assert_eq!(codes(script, with_slots(20)), [""; 0]);
     let errors = diagnostics(script, with_slots(18));

@@ -67,7 +67,7 @@ fn long_messages_are_those_that_may_need_several_frames() {
         (said("neighbors.get(1)"), true),
         (said("neighbors.count()"), false),
         (said("type(id)"), false),
-        // What is heard is what was said.
+        // A listener receives the values that were broadcast.
         (said("x") + "x = 1 neighbors.listen(\"t\", function(t, v, r) { x = v })", false),
         (said("x") + "x = {} neighbors.listen(\"t\", function(t, v, r) { x = v })", true),
         (said("x") + "x = 0 neighbors.foreach(function(r, d) { x = r })", false),
@@ -155,7 +155,8 @@ fn a_machine_refuses_features_without_a_part_of_theirs() {
     assert_eq!(load::<LANGUAGE>("x = map({.a = 1}, function(k, v) { return v / 2.0 })"), Ok(()));
 }
 
-/// Three robots in a row; the one in the middle hears both. Their calls in 150 steps.
+/// Three robots in a row; the middle one receives the frames of both others. Returns their calls in 150
+/// steps.
 fn play<C: ByteCode>(script: C) -> Vec<Vec<Event>> {
     let robots = [0, 1, 7].map(|id| TestRobot::<Tiny, C, SLOTS>::new(script, id, SIZES));
     let mut swarm = Swarm::of(Vec::from(robots));

@@ -1,4 +1,4 @@
-//! Messages about unknown names, beside the names that a text defines to somebody who reads it.
+//! Messages about unknown names, compared with a search for the definitions in the text.
 //!
 //! While a script is being written it has syntax errors most of the time. A name whose definition stands in the text
 //! must not be called unknown then, wherever the errors are.
@@ -100,11 +100,11 @@ fn string_length(rest: &str, may_hold_newlines: bool) -> Option<usize> {
 /// The names that a text defines.
 #[derive(Debug, Default)]
 struct Definitions<'t> {
-    /// Those behind `function`.
+    /// The names after `function`.
     functions: BTreeSet<&'t str>,
-    /// Those behind `var`, and parameters.
+    /// The names after `var`, and parameters.
     locals: BTreeSet<&'t str>,
-    /// Those before `=`.
+    /// The names before `=`.
     assigned: BTreeSet<&'t str>,
     /// Fields before `=`, with the name before the dot.
     fields: BTreeSet<(&'t str, &'t str)>,

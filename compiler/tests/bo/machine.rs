@@ -1,4 +1,4 @@
-//! Runs images and tells what they did.
+//! Runs images and records their calls.
 
 use std::path::Path;
 

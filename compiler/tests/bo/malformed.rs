@@ -57,7 +57,7 @@ fn wrong_numbers() {
     assert_eq!(error(&[1, 0, 0xff, 0, 0]), BoError { offset: 2, cause: BoCause::StringNotUtf8(0) });
     assert_eq!(in_global_code("pushs 1 / pushi 1 / gstore"), (BoCause::UnknownString(1), 5));
     assert_eq!(in_global_code("pushs -1 / pushi 1 / gstore"), (BoCause::UnknownString(-1), 5));
-    // Before the code, inside an instruction, behind the end, negative.
+    // Before the code, inside an instruction, after the end, negative.
     for to in [0, 7, 11, 1_000_000, -1] {
         assert_eq!(in_global_code(&format!("jump {to}")), (BoCause::UnknownAddress(to), 5));
     }

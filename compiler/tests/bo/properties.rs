@@ -88,7 +88,7 @@ fn compare(bytes: &[u8]) -> Result<(), TestCaseError> {
     };
     let trace = interpreter::run(bytes);
     let found = run_image(&image, &symbols).expect("the verifier accepts it");
-    // Here a missing argument stays missing, there it is nil once a local behind it is assigned.
+    // Here a missing argument stays missing, there it is nil once a local after it is assigned.
     let allowed = [FaultCode::StackOverflow, FaultCode::MissingArgument].map(Ending::Fault);
     if trace.stop.is_some() || allowed.contains(&found.ending) {
         return Ok(());

@@ -26,7 +26,7 @@
 //! | `chip` | the chip as probe-rs and datasheets name it; left out for a robot that is never flashed |
 //! | `profile` | `"tiny"` (16-bit numbers) or `"full"` (32-bit numbers) |
 //! | `tick_hz` | steps per second, 1 to 100; `bbz sim` takes 10, 5, 2 and 1 |
-//! | `message_bytes` | bytes behind the type of a swarm message that one frame of its link can carry: at least 9 in `tiny`, 48 in `full` |
+//! | `message_bytes` | bytes after the type of a swarm message that one frame of its link can carry: at least 9 in `tiny`, 48 in `full` |
 //! | `on_fault` | `"restart"`, the default, or `"stop"`: see [`OnFault`] |
 //! | `[vm]` | sizes of the virtual machine, see [`VmSizes`] |
 //! | `[budget]` | the most that the firmware image may need, see [`Budget`]; left out with `chip` |

@@ -153,7 +153,7 @@ impl Program {
         start.min(self.code.len())..self.code.len()
     }
 
-    /// How many values more there are behind an instruction.
+    /// Returns the number of values that an instruction adds to the stack.
     fn gain(&self, at: usize) -> i64 {
         match TABLE[usize::from(self.code[at].opcode)].1 {
             OperandForm::Plain(BoAction::Callc) => {
@@ -207,7 +207,8 @@ impl Program {
         self.shift(range.end, -(range.len() as isize));
     }
 
-    /// What led behind a place leads on there after so many instructions came or went.
+    /// Moves the targets of jumps after a place by the number of instructions that were inserted or
+    /// removed there.
     fn shift(&mut self, from: usize, by: isize) {
         for code in &mut self.code {
             if let Argument::Address(to) = &mut code.argument

@@ -1,6 +1,6 @@
 //! The fuzzer's bytes as decisions.
 
-/// Bytes that decide one thing after the other; behind their end every decision is the first possibility.
+/// Bytes that decide one thing after the other; after their end every decision is the first possibility.
 pub struct Choices<'a> {
     bytes: std::slice::Iter<'a, u8>,
 }

@@ -121,7 +121,7 @@ pub fn symbols(data: &[u8]) -> bool {
     true
 }
 
-/// Reads a recording: the bytes themselves after a byte of 0, behind the head of a recording after
+/// Reads a recording: the bytes themselves after a byte of 0, after the head of a recording after
 /// 1, else a recording that the bytes decide, of which some are changed. A recording that can be
 /// read is written as it was read. Returns true if it was read to its end.
 pub fn recording(data: &[u8]) -> bool {

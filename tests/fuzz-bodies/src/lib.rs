@@ -9,7 +9,7 @@
 //! | `script_mutated` | changes to the words of a known script | the same; most of these inputs get past the lexer |
 //! | `bo` | bytes as an object file of the reference compiler | the same for the importer |
 //! | `bo_mutated` | changes to the instructions of a known object file, and a debug file | the same; many of these inputs are programs |
-//! | `message` | decisions that make frames | what can be read can be written and read again; a robot that hears it goes on as before |
+//! | `message` | decisions that make frames | what can be read can be written and read again; a robot that receives it continues as before |
 //! | `recording` | bytes as a recording, or changes to one | what can be read is written as it was read |
 //! | `scenario` | text of a scenario, or changes to the words of a known one | it is read or refused with reasons |
 //! | `robot_file` | the same for robot files | the same |
@@ -21,7 +21,7 @@
 //! | `time` | decisions that make a script of large structures | no instruction takes more work than the sizes of memory and image allow |
 //!
 //! A run keeps to its budget, and ends the same in slices, with a collection at every allocation, and after an allocation
-//! that failed; the machine's memory is as it must be. Each body tells whether its input got that far: past verifier,
+//! that failed; the machine's memory is as it must be. Each body returns true if its input got that far: past verifier,
 //! compiler or importer, or to a message that the robot understood.
 //!
 //! Empty without the feature `torture`, which must not get into what a plain build makes of the workspace.
@@ -113,7 +113,7 @@ pub fn bo(data: &[u8]) -> bool {
     object(data, None, data)
 }
 
-/// The first byte chooses an object file, the next another to take from, every three that follow change it; behind a
+/// The first byte chooses an object file, the next another to take from, every three that follow change it; after a
 /// byte of 255 they are the debug file.
 pub fn bo_mutated(data: &[u8]) -> bool {
     let [choice, other, changes @ ..] = data else { return false };

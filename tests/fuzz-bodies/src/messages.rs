@@ -13,7 +13,7 @@ use bittybuzz_vm_core::{Entry as EntryPoint, FaultCode, Outcome, Sizes, Value};
 
 use crate::choices::Choices;
 
-/// Shows whatever it hears, and keeps nothing: no message is its fault.
+/// Logs each received message and stores nothing, so that no message makes it fault.
 const SCRIPT: &str = r#"
 n = 0
 function show(x) {

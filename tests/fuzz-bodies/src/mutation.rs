@@ -12,7 +12,7 @@ struct Instruction {
     operand: i16,
     /// Bytes of opcode and operand.
     length: usize,
-    /// Bytes behind them.
+    /// The number of bytes after opcode and operand.
     trailer: usize,
     function: usize,
 }
@@ -26,7 +26,7 @@ impl Instruction {
         opcode::info(self.opcode).is_some_and(|info| info.operand == Operand::Jump)
     }
 
-    /// How many values more there are behind it, arguments not counted.
+    /// Returns the number of values that it adds to the stack, arguments not counted.
     fn gain(&self) -> i16 {
         opcode::info(self.opcode).map_or(0, |info| i16::from(info.pushes) - i16::from(info.pops))
     }
@@ -43,7 +43,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// `None` if the bytes are no image any more.
+    /// Reads an image; `None` if the bytes are not an image.
     fn of(image: &[u8]) -> Option<Parts> {
         let header = Image::new(image).header().ok()?;
         let mut instructions = Vec::new();

@@ -72,7 +72,7 @@ fn split(text: &str) -> Vec<String> {
     pieces
 }
 
-/// How many random programs stand beside the scripts.
+/// The number of random programs in addition to the scripts.
 const PROGRAMS: u64 = 8;
 
 /// The images of the scripts and of random programs, in both profiles.

@@ -188,7 +188,7 @@ fn play<P: Profile>(image: &[u8], choices: &mut Choices<'_>) -> Result<(), Image
     Ok(())
 }
 
-/// A frame of before, changed, or one that nobody has sent.
+/// Returns an earlier frame with changes, or an invented one.
 fn frame(air: &[Vec<u8>], choices: &mut Choices<'_>) -> Option<Vec<u8>> {
     if air.is_empty() {
         return None;

@@ -171,7 +171,7 @@ fn guide(share: u64) {
     branches!(1 2 3 4 6 8 12 16 20 24 28 32 36 40 44 48 52 56 60);
 }
 
-/// A robot that hears what it sends, as if another had sent it.
+/// A robot that receives its own frames as if another robot had sent them.
 struct Echo {
     frames: VecDeque<Vec<u8>>,
 }

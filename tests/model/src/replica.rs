@@ -1,8 +1,8 @@
-//! One robot, as a function: what it knows and what happens, to what it knows then and what it sends.
+//! One robot as a function from its store and an event to its next store and the frames that it sends.
 //!
 //! Between two steps, all that matters of a machine is what is in its store: what is to be sent has been sent, and timers only
-//! say when an entry is advertised again. So a machine with that knowledge is made anew for every transition, by telling it the
-//! entries; and it is asked for what it knows with the protocol's own questions.
+//! say when an entry is advertised again. Every transition therefore
+//! starts with a new machine that receives these entries. The queries of the protocol then read its store.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;

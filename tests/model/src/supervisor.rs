@@ -66,7 +66,7 @@ pub struct SupervisedFlight<S> {
     was_upside_down: bool,
     /// An emergency stop or a fault of the IMU occurred.
     is_locked: bool,
-    /// The robot crashed, and nobody has confirmed since that it is whole.
+    /// The robot crashed, and no recovery has been confirmed since.
     needs_recovery: bool,
     pub breach: Option<Breach>,
 }

@@ -39,7 +39,7 @@ pub struct World {
     forgets: u8,
     gets: u8,
     forged: u8,
-    /// A robot that has heard something knows less than before, or not what it heard.
+    /// True if a robot lost an entry after it received one, or did not store the received one.
     pub has_gone_back: bool,
 }
 
@@ -56,7 +56,7 @@ const FORGER: u16 = 999;
 const LAST: i32 = 40;
 
 impl Bounds {
-    /// The position of a clock in the part of the circle that is in use. Written anew, as an oracle.
+    /// The position of a clock in the part of the circle that is in use. A second implementation, as an oracle.
     fn position(&self, clock: u32) -> u32 {
         (clock + CLOCK_MAX + EARLIER - self.start.max(1)) % CLOCK_MAX
     }
@@ -186,7 +186,7 @@ impl Bounds {
         })
     }
 
-    /// Whether robots can tell by their digests that their replicas differ, and only then.
+    /// Returns true if the digests of robots differ exactly when their replicas differ.
     fn digests_are_right(world: &World) -> bool {
         let known: Vec<_> =
             world.replicas.iter().map(|replica| (live(replica), digest_of(replica))).collect();
@@ -286,7 +286,7 @@ impl Model for Bounds {
         vec![
             Property::always("a replica never goes back", |_, world: &World| !world.has_gone_back),
             Property::always("equal stamps are equal values", |model: &Bounds, world: &World| {
-                // A robot that forgets its own puts counts anew; a forger may use its name.
+                // A robot that forgets its own puts starts to count again; a forger may use its id.
                 model.forgets > 0 || model.forged > 0 || has_unique_stamps(world)
             }),
             Property::always(

@@ -52,7 +52,7 @@ impl Generator {
             3 => format!("({})", self.condition(depth - 1)),
             4 => {
                 let operand = self.operand(depth);
-                // A sign would belong to a literal behind it, not to what follows.
+                // A sign would belong to a literal after it, not to the whole operand.
                 format!("{}({operand})", self.random.pick(&["-", "!", "+"]))
             }
             5 => self.rounding(depth - 1),

@@ -100,7 +100,7 @@ impl Generator {
         table(&entries)
     }
 
-    /// A key as it stands behind the dot of a table literal.
+    /// A key as it stands after the dot of a table literal.
     fn literal_key(&mut self) -> String {
         match self.random.below(8) {
             0 | 1 => self.random.below(6).to_string(),

@@ -1,4 +1,4 @@
-//! Messages that a robot nobody knows forges for a script: on each topic and key a value of each class.
+//! Messages that an unknown robot forges for a script: on each topic and key a value of each class.
 
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::builtin::{self, string};

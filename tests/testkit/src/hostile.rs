@@ -18,7 +18,7 @@ pub enum Attack {
     ForgedClocks,
     /// Values of each class in turn, on known topics and keys, in the name of any robot.
     ForgedValues,
-    /// Entries of keys that nobody has put.
+    /// Entries of keys that no robot has put.
     InventedKeys,
     /// Beacons of robots that do not exist, each of another one.
     InventedRobots,

@@ -347,7 +347,7 @@ fn entries_are_advertised_next_to_a_robot_without_a_digest() {
     }
 }
 
-/// A robot that hears many old values answers four at once, and then one in two steps.
+/// A robot that receives many old values answers four at once, and then one in two steps.
 #[test]
 fn answers_are_limited() {
     let (mut swarm, _) = with_keys(4, 5);

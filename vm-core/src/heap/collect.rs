@@ -3,7 +3,7 @@
 //! Tables, closures and long strings consist of cells of equal size, which never move. A free list is
 //! therefore enough for allocation, and any cell fits where another one was freed. References are plain
 //! slot numbers and stay valid. A copying collector would need half of the memory for its copies, and
-//! reference counting would need a counter in each cell and would leave cycles behind it.
+//! reference counting would need a counter in each cell and would not free cycles.
 //!
 //! # Marking without a stack
 //! A structure of a script may be as deep as its memory, and this machine has no memory to spare for a

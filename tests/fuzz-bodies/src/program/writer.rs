@@ -261,7 +261,8 @@ impl<'a, 'b> Writer<'a, 'b> {
         self.builder.call_native(opcode, i32::from(builtin.number), arguments, drop, SPAN);
     }
 
-    /// An operand, and how many values it takes beside those of the table. `None` if there is nothing to name.
+    /// Returns an operand, and the number of values that it pops in addition to those of the table.
+    /// `None` if nothing exists that it could name.
     fn operand(&mut self, info: &opcode::OpcodeInfo, operand: Operand) -> Option<(i32, usize)> {
         let program = self.program;
         let number = match operand {

@@ -247,8 +247,8 @@ fn invented_keys() {
     endures(&[(Attack::InventedKeys, 20.0)], (1.0, 0, 1.0), (0.95, 60, 0.15));
 }
 
-/// A robot that was heard again is kept longer than those that were heard once. Only where frames of it are lost it falls
-/// behind them, until its next beacon.
+/// A robot with several received frames is kept longer than those with one. It is displaced only after its frames
+/// were lost, until its next beacon.
 #[test]
 fn invented_robots() {
     endures(&[(Attack::InventedRobots, 1.0)], (1.0, 0, 1.0), (0.9, 40, 0.15));

@@ -1,4 +1,4 @@
-//! Many robots, many steps, and hostile senders. These tests take seconds, those beside them a second together.
+//! Many robots, many steps, and hostile senders. Each of these tests takes seconds; the other tests of the protocol take one second together.
 
 mod forged;
 mod hostile;

@@ -134,7 +134,7 @@ fn foreach_map_and_reduce() {
     );
 }
 
-/// Deleted keys are remembered for a while, and the keys of all stigmergies lie beside each other.
+/// Deleted keys are remembered for a while, and the keys of all stigmergies are stored next to each other.
 #[test]
 fn foreach_iterates_over_keys_with_values_of_one_stigmergy() {
     last(
