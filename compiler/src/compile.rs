@@ -149,9 +149,9 @@ fn fit(generated: &Generated, image: &CompiledImage, robot: &Robot) -> Vec<Diagn
                 diagnostic(DiagnosticCode::TooManyGlobals, generated.first_uses[*most])
                     .label("the first that does not fit")
             }
-            CapacityError::Stack { way, .. } => {
-                let Some(last) = way.calls.last() else {
-                    let entry = way.functions.first().expect("a path of calls starts at an entry");
+            CapacityError::Stack { path, .. } => {
+                let Some(last) = path.calls.last() else {
+                    let entry = path.functions.first().expect("a path of calls starts at an entry");
                     let entry = &generated.functions[usize::from(*entry)];
                     return diagnostic(DiagnosticCode::CallsTooDeep, entry.span);
                 };

@@ -59,7 +59,7 @@ pub enum CapacityError {
     /// Globals and stack together need more than the robot's memory.
     Stack {
         /// The chain of calls that needs the most stack.
-        way: CallPath,
+        path: CallPath,
         /// The number of slots for globals.
         globals: usize,
         /// The number of slots of the robot.
@@ -92,9 +92,9 @@ pub fn capacity_errors(image: &[u8], robot: &Robot) -> Vec<CapacityError> {
         });
         return found;
     }
-    let way = stack::deepest(image, &header);
-    if globals + way.slots > slots {
-        found.push(CapacityError::Stack { way, globals, slots });
+    let path = stack::deepest(image, &header);
+    if globals + path.slots > slots {
+        found.push(CapacityError::Stack { path, globals, slots });
     }
     found
 }
@@ -200,10 +200,10 @@ impl CapacityError {
                 "{globals} globals need {} slots of memory, the {title} has {slots}",
                 globals + BESIDE_GLOBALS
             ),
-            CapacityError::Stack { way, globals, slots } => format!(
-                "{way} needs {} slots of memory, {globals} of them for globals; the {title} has {slots}",
-                globals + way.slots,
-                way = CallChain { way, function }
+            CapacityError::Stack { path, globals, slots } => format!(
+                "{path} needs {} slots of memory, {globals} of them for globals; the {title} has {slots}",
+                globals + path.slots,
+                path = CallChain { path, function }
             ),
         }
     }
@@ -234,7 +234,7 @@ impl CapacityError {
 
 /// Prints a chain of calls: `step() -> turn() -> measure()`.
 struct CallChain<'a> {
-    way: &'a CallPath,
+    path: &'a CallPath,
     function: &'a dyn Fn(u16) -> String,
 }
 
@@ -243,9 +243,9 @@ impl fmt::Display for CallChain<'_> {
         /// The maximum number of functions that are printed.
         const PRINTED_MAX: usize = 6;
         let name = |number: &u16| format!("`{}`", (self.function)(*number));
-        let names: Vec<String> = match self.way.functions.as_slice() {
+        let names: Vec<String> = match self.path.functions.as_slice() {
             [first @ .., last] if first.len() >= PRINTED_MAX => {
-                let between = format!("{} more", self.way.functions.len() - PRINTED_MAX);
+                let between = format!("{} more", self.path.functions.len() - PRINTED_MAX);
                 let shown = first.iter().take(PRINTED_MAX - 1).map(name);
                 shown.chain([between, name(last)]).collect()
             }

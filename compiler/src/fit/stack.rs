@@ -52,28 +52,28 @@ pub fn deepest(image: &[u8], header: &ImageHeader) -> CallPath {
         EntryPoint::Function(number) => Some(number),
         EntryPoint::None | EntryPoint::Global(_) => None,
     });
-    let ways = [0].into_iter().chain(entries).filter_map(|entry| {
+    let paths = [0].into_iter().chain(entries).filter_map(|entry| {
         find_needs(&mut functions, entry);
         let (need, _) = functions.get(usize::from(entry))?.need?;
         let below = functions.get(usize::from(entry))?.below;
-        Some(way(&functions, entry, GLOBALS + below + need))
+        Some(call_path(&functions, entry, GLOBALS + below + need))
     });
     // Of several paths that need the most slots, the first one is taken.
-    ways.reduce(|most, way| if way.slots > most.slots { way } else { most }).unwrap_or_default()
+    paths.reduce(|most, path| if path.slots > most.slots { path } else { most }).unwrap_or_default()
 }
 
-fn way(functions: &[StackFunction], entry: u16, slots: usize) -> CallPath {
-    let mut way = CallPath { slots, functions: vec![entry], calls: Vec::new() };
+fn call_path(functions: &[StackFunction], entry: u16, slots: usize) -> CallPath {
+    let mut path = CallPath { slots, functions: vec![entry], calls: Vec::new() };
     let mut number = entry;
     while let Some(function) = functions.get(usize::from(number))
         && let Some((_, Some(call))) = function.need
         && let Some(call) = function.calls.get(call)
     {
         number = call.function;
-        way.functions.push(number);
-        way.calls.push(call.at);
+        path.functions.push(number);
+        path.calls.push(call.at);
     }
-    way
+    path
 }
 
 /// Computes the needs of a function and of all functions that it calls. The walk is iterative,

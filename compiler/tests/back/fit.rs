@@ -129,8 +129,8 @@ fn recursive_calls_count_once() {
     assert_eq!(codes(script, with_slots(40)), [""; 0]);
     let (image, _) = image(script, TINY);
     let found = capacity_errors(&image, &with_slots(17));
-    let [CapacityError::Stack { way, .. }] = found.as_slice() else { panic!("{found:?}") };
-    assert_eq!((way.functions.len(), way.calls.len()), (3, 2));
+    let [CapacityError::Stack { path, .. }] = found.as_slice() else { panic!("{found:?}") };
+    assert_eq!((path.functions.len(), path.calls.len()), (3, 2));
 }
 
 #[test]
