@@ -136,8 +136,6 @@ fn write(text: fmt::Arguments<'_>) {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
-
     use std::process::Command;
 
     use super::*;

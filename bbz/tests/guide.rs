@@ -118,6 +118,8 @@ fn the_guide_describes_the_robot_that_is_asked_for() {
     let folder = Folder::new("guide_robot");
     let page = guide(&folder, &["--robot", "kilobot"]);
     assert!(page.contains("\nset_motor("));
+    // A script has to keep its messages short.
+    assert!(page.contains("  one frame carries 9 bytes of a message\n"));
     assert!(!page.contains("\ntakeoff("));
     let own = include_str!("../../robots/kilobot/robot.toml").replace("\"kilobot\"", "\"mine\"");
     let function = "\n[[function]]\nname = \"wave\"\naccepts = [\"\"]\nhelp = \"waves an arm\"\n";

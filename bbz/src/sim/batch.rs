@@ -409,8 +409,6 @@ fn print_interrupt([finished, total]: [usize; 2], folder: Option<&Path>) {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
-
     use clap::Parser;
 
     use super::*;

@@ -94,7 +94,6 @@ impl Memories {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 mod tests {
     use super::*;
     use bittybuzz_robot_files::find;
