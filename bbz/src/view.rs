@@ -80,7 +80,8 @@ pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Box
 
 /// Returns the advice that a page shows about a defect.
 pub fn advice() -> String {
-    Defect::advice(&shell::words(env::args_os()))
+    // The command alone does not repeat the requests of the page.
+    format!("say what you did in the page; {}", Defect::advice(&shell::words(env::args_os())))
 }
 
 /// Prints the defect that ended a session, if one did, and returns the exit status.

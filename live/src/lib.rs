@@ -31,7 +31,7 @@
 //! | `{"run":{"name":"walk.bzz","text":"…","robots":[3],"keep":true}}` | the robots with these ids get the text as a draft of the script, by a command; without `robots` all that have the script. With `keep` their globals keep numbers |
 //! | `{"write":{"name":"walk.bzz","text":"…"}}` | the text is written to the file of the script, if the client may |
 //! | `{"explain":{"code":"E0201"}}` | an event has the explanation of a message of the compiler, in Markdown |
-//! | `{"sweep":{"key":"medium.ir.loss","values":["0","0.3"],"seeds":5,"quantity":"led"}}` | trials beside the session: the scenario from its start with the last drafts, each value with that number of seeds; the key may be a global, as `global.JOIN` |
+//! | `{"sweep":{"key":"medium.ir.loss","values":["0","0.3"],"seeds":5,"quantity":"led"}}` | trials next to the session: the scenario from its start with the last drafts, each value with that number of seeds; the key may be a global, as `global.JOIN` |
 //! | `{"hand_in":{"by":"Ada"}}` | a trial whose result is an event with a file for `bbz grade` |
 //! | `"stop_trials"` | trials that were not finished are given up |
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |

@@ -87,7 +87,7 @@ def test_two_fingers_zoom_and_turn(page):  # noqa: F811
 
 
 def picture_with_focus(page):  # noqa: F811
-    """A picture of the canvas, which has a frame while somebody uses it by the keyboard."""
+    """A picture of the canvas, which has a frame while it has the focus."""
     page.mouse.move(2, 2)
     page.focus("#canvas")
     page.keyboard.press("Escape")

@@ -91,7 +91,7 @@ def session(tmp_path, request):
     (tmp_path / "s.bzz").write_text(SCRIPT)
     (tmp_path / "s.toml").write_text(SCENARIO)
     command = bbz("sim", "s.toml", "--view", "--no-browser", *getattr(request, "param", []))
-    # Who starts the tests by nohup ignores the signal, and so would its children.
+    # A process that nohup started ignores the signal, and so would its children.
     hang_up = functools.partial(signal.signal, signal.SIGHUP, signal.SIG_DFL)
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, preexec_fn=hang_up)
     process.url = address(process)
@@ -204,7 +204,7 @@ def test_a_run_plays_and_pauses(page):
     expect(page.locator("#clock")).to_have_text(re.compile(r"^(0\.[5-9]|[1-9])"))
     page.click("#play")
     expect(page.locator("#play")).to_have_text("Play")
-    # The answer to the digest comes after the pause, and the run has not gone on after it.
+    # The answer to the digest comes after the pause, and the run has stayed there.
     page.click("#tab-ground")
     page.click("#ask-digest")
     stopped = re.compile(r"at (\d+\.\d) s")
@@ -265,14 +265,14 @@ def test_a_click_inspects_a_robot(page):
     expect(value(panel, "Swarms", "3")).to_have_text("a member")
     expect(value(panel, "Stigmergy 2", "1")).to_have_text("40 by robot 7, clock 1")
     expect(value(panel, "Messages", "to be sent")).to_contain_text("broadcast of 7")
-    # What is unfolded stays so while the run goes on.
+    # Unfolded parts stay unfolded while the run continues.
     deep = panel.locator("details details > summary")
     deep.click()
     expect(panel.locator("dt", has_text=".b")).to_be_visible()
     page.click("#step")
     expect(value(panel, "Globals", "n")).to_have_text("15")
     expect(panel.locator("dt", has_text=".b")).to_be_visible()
-    # The ground chooses nobody.
+    # A click on the ground chooses no robot.
     page.mouse.click(*place(page, 0, 200))
     expect(panel).to_have_text("No robot is chosen. Click one.")
 
@@ -431,7 +431,7 @@ def test_the_keyboard_is_enough(page):
 
 def test_robots_are_drawn_where_they_are(page):
     def pictures():
-        # Without the name beside a chosen robot.
+        # Without the name next to a chosen robot.
         for x, y in [(40, 0), (200, 100), (200, -100)]:
             left, top = place(page, x, y)
             yield page.screenshot(clip={"x": left - 4, "y": top - 4, "width": 8, "height": 8})
@@ -569,7 +569,7 @@ def test_a_drawing_is_saved(page, tmp_path):
     assert root.tag == f"{name}svg"
     bodies = [group for group in root.iter(f"{name}g") if group.find(f"{name}title") is not None]
     assert [one.find(f"{name}title").text for one in bodies] == ["6", "7"]
-    # As in the scenario: nobody has moved.
+    # The place is that of the scenario, because no robot has moved.
     middle = bodies[0].find(f"{name}circle")
     assert (float(middle.get("cx")), float(middle.get("cy"))) == (-30, 0)
     assert root.find(f"{name}text").text == "200 mm"

@@ -234,7 +234,7 @@ def test_flying_robots_are_shown_in_3d(page):
     page.mouse.move(400, 570)
     page.mouse.up(button="right")
     page.wait_for_function("top => document.getElementById('name').getBoundingClientRect().top !== top", arg=where["y"])
-    # The name is beside the body, which is where it is seen.
+    # The name is next to the body.
     pixels = page.locator("#bar").bounding_box()["width"] / int(page.locator("#bar-text").inner_text().split()[0])
     where = page.evaluate("() => { const { left, top } = document.getElementById('name').style; return [left, top].map(parseFloat); }")
     box = canvas.bounding_box()

@@ -21,7 +21,7 @@ def test_lines_of_a_robot_are_shown(browser, tmp_path):
     expect(lines).to_have_count(2)
     expect(lines.last).to_contain_text("WARN: battery is low")
     expect(page.locator("#clock")).to_have_text("12.5 s")
-    # Somebody who comes later sees the same, and steers nothing.
+    # A page that connects later shows the same, and controls nothing.
     page.reload()
     expect(lines).to_have_count(2)
     for part in ["controls", "save", "display", "time", "tab-script", "tab-tests", "tab-ground"]:

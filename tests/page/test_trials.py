@@ -1,4 +1,4 @@
-"""Trials beside the run, assignments, and the text of the scenario in the editor."""
+"""Trials next to the run, assignments, and the text of the scenario in the editor."""
 
 import csv
 import json
