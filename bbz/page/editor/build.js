@@ -1,4 +1,4 @@
-// Bundles vendor.ts with the packages that it names into one file, below their licences. Run by `cargo xtask vendor`: node build.js FILE
+// Bundles vendor.ts with the packages that it names into one file, below their licenses. Run by `cargo xtask vendor`: node build.js FILE
 
 import { readFileSync, writeFileSync } from "node:fs";
 import { build } from "esbuild";
@@ -12,8 +12,8 @@ const folders = Object.keys(metafile.inputs).map((path) => path.match(/^node_mod
 const packages = new Map();
 for (const folder of new Set(folders.filter(Boolean))) {
     const { name, version } = JSON.parse(readFileSync(`${folder}/package.json`, "utf8"));
-    const licence = readFileSync(`${folder}/LICENSE`, "utf8").trim();
-    packages.set(licence, [...(packages.get(licence) ?? []), `${name} ${version}`].sort());
+    const license = readFileSync(`${folder}/LICENSE`, "utf8").trim();
+    packages.set(license, [...(packages.get(license) ?? []), `${name} ${version}`].sort());
 }
-const parts = [...packages].map(([licence, names]) => `${names.join(", ")}:\n\n${licence}`).sort();
+const parts = [...packages].map(([license, names]) => `${names.join(", ")}:\n\n${license}`).sort();
 writeFileSync(process.argv[2], `/*\nMade by \`cargo xtask vendor\` from these packages.\n\n${parts.join("\n\n")}\n*/\n${text}`);
