@@ -141,7 +141,7 @@ impl RobotHost<Numbers> for Crazyflie {
         clock::us()
     }
 
-    fn mail(&self) -> Option<&'static dyn MailQueues<Numbers>> {
+    fn mail(&self) -> Option<&'static (impl MailQueues<Numbers> + 'static)> {
         Some(&MAIL)
     }
 

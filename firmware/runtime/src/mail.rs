@@ -3,6 +3,7 @@
 //! decides which frames are dropped when a queue is full.
 
 use core::cell::RefCell;
+use core::convert::Infallible;
 
 use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
 use bittybuzz_vm_core::Sighting;
@@ -36,6 +37,25 @@ pub trait MailQueues<P: Profile> {
     /// Returns the numbers of frames that the full queues dropped since the start: received ones,
     /// and ones to be sent.
     fn dropped(&self) -> [u16; 2];
+}
+
+/// A robot without a link has no queues.
+impl<P: Profile> MailQueues<P> for Infallible {
+    fn receive(&self, _frame: &mut [u8], _sighting: &mut Sighting<P>) -> Option<usize> {
+        match *self {}
+    }
+
+    fn begin_step(&self) {
+        match *self {}
+    }
+
+    fn send(&self, _frame: &[u8]) {
+        match *self {}
+    }
+
+    fn dropped(&self) -> [u16; 2] {
+        match *self {}
+    }
 }
 
 /// The queues of `IN` received frames and `OUT` frames to be sent, of at most `FRAME` bytes each.

@@ -116,7 +116,7 @@ impl RobotHost<Tiny> for Zooid {
         time::clock_us()
     }
 
-    fn mail(&self) -> Option<&'static dyn MailQueues<Tiny>> {
+    fn mail(&self) -> Option<&'static (impl MailQueues<Tiny> + 'static)> {
         Some(&MAIL)
     }
 
