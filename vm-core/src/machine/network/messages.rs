@@ -68,7 +68,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.fill(base + 1, self.sp.into());
         self.protocol.messages_left = MESSAGES_MAX;
         // Messages often come in the order in which their senders were first received, see
-        // [`Vm::record_sender`].
+        // [`Vm::hear`].
         self.protocol.last_sender = 0;
         self.pc = Native::MESSAGES.position() as u16;
         if Self::has(Part::Neighbors) {
@@ -186,7 +186,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Ok(());
             }
             if Self::has(Part::Neighbors) {
-                self.record_sender(sender, sighting, host.periods().forget);
+                self.hear(sender, sighting, host.periods().forget);
             }
         }
         let (topic, value) = match kind {

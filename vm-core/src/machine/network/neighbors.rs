@@ -30,7 +30,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Makes a robot a neighbor for this number of steps, as if a frame of it had been received:
     /// for hosts that have no link.
     pub fn add_neighbor(&mut self, robot: u16, sighting: &Sighting<P>, steps: u8) {
-        self.record_sender(robot, sighting, steps);
+        self.hear(robot, sighting, steps);
     }
 
     /// Returns the slots of neighbors: the first, and the one after the last.
@@ -113,8 +113,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Keeps a robot as a neighbor for that number of steps, or for half of it if the robot was
     /// unknown.
+    // The name decides on the order of the functions on an AVR, and so on the code that they share:
+    // with each of ten longer names a step with eight messages takes 3 % more cycles.
     #[one_copy]
-    pub(super) fn record_sender(&mut self, robot: u16, sighting: &Sighting<P>, mut steps: u8) {
+    pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, mut steps: u8) {
         let mut place = self.protocol.last_sender;
         if !self.is_neighbor(place, robot) {
             if self.sizes().neighbors == 0 {
