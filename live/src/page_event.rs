@@ -78,8 +78,8 @@ impl PageEvent {
     }
 }
 
-/// Lengths are in mm, times in seconds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// Lengths are in mm, times in seconds. The default describes a world of which nothing is known.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct BeginEvent {
     /// Present for a recording.

@@ -9,8 +9,7 @@ use bittybuzz_arena::output::recording::{
 
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    BeginEvent, GroupDescription, ObstacleDescription, PageEvent, QuantityNames,
-    RecordingDescription, StateEvent,
+    BeginEvent, GroupDescription, ObstacleDescription, PageEvent, RecordingDescription, StateEvent,
 };
 use crate::request::Request;
 use crate::samples::Samples;
@@ -180,22 +179,12 @@ impl Source for Replay<'_> {
         let cut = self.cut.map(|error| error.to_string());
         let begin = BeginEvent {
             recording: Some(RecordingDescription { cut }),
-            watched: None,
             size: header.size.map(f64::from),
             ticks_per_second: self.ticks_per_second(),
             end: self.end,
-            seed: None,
             groups: groups.map(group).collect(),
             obstacles: header.obstacles.iter().map(obstacle).collect(),
-            lights: Vec::new(),
-            media: Vec::new(),
-            events: Vec::new(),
-            commands: Vec::new(),
-            quantities: QuantityNames::default(),
-            expectations: Vec::new(),
-            assignment: None,
-            scripts: None,
-            controls: None,
+            ..BeginEvent::default()
         };
         self.samples.restart();
         self.events = vec![PageEvent::Begin(Box::new(begin))];

@@ -11,7 +11,7 @@ use bittybuzz_arena::output::recording::{
 
 use crate::page_event::{
     BeginEvent, FaultConsequence, FaultEvent, FaultPlace, GroupDescription, LogEvent, PageEvent,
-    QuantityNames, StateEvent,
+    StateEvent,
 };
 use crate::samples::Samples;
 use crate::source::Source;
@@ -169,23 +169,12 @@ impl Source for Watched {
             slots: Some(0),
         });
         let begin = BeginEvent {
-            recording: None,
             watched: Some(true),
             size: self.size().map(f64::from),
             ticks_per_second: TICKS_PER_SECOND,
             end: 1,
-            seed: None,
             groups: groups.collect(),
-            obstacles: Vec::new(),
-            lights: Vec::new(),
-            media: Vec::new(),
-            events: Vec::new(),
-            commands: Vec::new(),
-            quantities: QuantityNames::default(),
-            expectations: Vec::new(),
-            assignment: None,
-            scripts: None,
-            controls: None,
+            ..BeginEvent::default()
         };
         let begin = PageEvent::Begin(Box::new(begin));
         self.events = std::iter::once(begin).chain(self.kept.iter().cloned()).collect();
