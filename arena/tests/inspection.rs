@@ -29,7 +29,7 @@ fn inspection_between_ticks_changes_nothing() {
             assert!(queues.inbox.messages.len() <= queues.inbox.capacity);
             assert!(queues.outbox.messages.len() <= queues.outbox.capacity);
             waiting += queues.inbox.messages.len() + queues.outbox.messages.len();
-            let is_broadcast = |message: &&QueuedMessage| {
+            let is_broadcast = |message: &&QueuedMessage<ScriptValue>| {
                 let topic = ScriptValue::String("n".to_owned());
                 matches!(message, QueuedMessage::Broadcast { topic: on, .. } if *on == topic)
             };

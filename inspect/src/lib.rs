@@ -13,6 +13,10 @@
 //! 3. **Names are optional.** Without symbols, or with those of another script, numbers replace
 //!    them.
 //!
+//! # Features
+//! * `declarations` declares [`QueuedMessage`] for scripts of pages. It costs nothing in a program,
+//!   because only a test uses it.
+//!
 //! # What it will not do
 //! Change a machine, format text for users, or depend on a robot.
 

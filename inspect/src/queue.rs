@@ -4,6 +4,7 @@ use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_vm_core::message::{Ignored, Message};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Value, Vm};
+use serde::Serialize;
 
 use crate::object::Limits;
 use crate::reader::MachineReader;
@@ -24,19 +25,22 @@ pub struct InspectedQueue {
     /// The number of frames that the queue can hold.
     pub capacity: usize,
     /// The frames in the queue, oldest first.
-    pub messages: Vec<QueuedMessage>,
+    pub messages: Vec<QueuedMessage<ScriptValue>>,
 }
 
-/// A decoded frame in a queue.
-#[derive(Debug, Clone, PartialEq)]
-pub enum QueuedMessage {
+/// A decoded frame in a queue, with values of the type `V`. In JSON, the key `kind` has the name of
+/// the variant.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(feature = "declarations", derive(ts_rs::TS), ts(rename = "MessageDescription"))]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum QueuedMessage<V> {
     /// A broadcast of `neighbors.broadcast`.
     Broadcast {
         /// The id of the sender.
         robot: u16,
         /// The topic, a string.
-        topic: ScriptValue,
-        value: ScriptValue,
+        topic: V,
+        value: V,
     },
     /// An entry of a stigmergy, or a query for it.
     Entry {
@@ -46,8 +50,8 @@ pub enum QueuedMessage {
         owner: u16,
         /// The Lamport clock of the write; 0 for a query.
         clock: u32,
-        key: ScriptValue,
-        value: ScriptValue,
+        key: V,
+        value: V,
     },
     /// A message by which a robot announces its presence.
     Beacon {
@@ -100,10 +104,45 @@ impl InspectedQueue {
     }
 }
 
+impl<V> QueuedMessage<V> {
+    /// Returns the message with other values.
+    pub fn map<W>(&self, convert: impl Fn(&V) -> W) -> QueuedMessage<W> {
+        match self {
+            QueuedMessage::Broadcast { robot, topic, value } => QueuedMessage::Broadcast {
+                robot: *robot,
+                topic: convert(topic),
+                value: convert(value),
+            },
+            QueuedMessage::Entry { stigmergy, owner, clock, key, value } => QueuedMessage::Entry {
+                stigmergy: *stigmergy,
+                owner: *owner,
+                clock: *clock,
+                key: convert(key),
+                value: convert(value),
+            },
+            QueuedMessage::Beacon { robot } => QueuedMessage::Beacon { robot: *robot },
+            QueuedMessage::Digest { robot, digest } => {
+                QueuedMessage::Digest { robot: *robot, digest: *digest }
+            }
+            QueuedMessage::Swarms { robot, swarms } => {
+                QueuedMessage::Swarms { robot: *robot, swarms: swarms.clone() }
+            }
+            QueuedMessage::Fragment { robot, number, index, is_last } => QueuedMessage::Fragment {
+                robot: *robot,
+                number: *number,
+                index: *index,
+                is_last: *is_last,
+            },
+            QueuedMessage::Foreign => QueuedMessage::Foreign,
+            QueuedMessage::Malformed => QueuedMessage::Malformed,
+        }
+    }
+}
+
 fn message<P: Profile, C: ByteCode, const SLOTS: usize>(
     reader: &mut MachineReader<'_, P, C, SLOTS>,
     frame: &[u8],
-) -> QueuedMessage {
+) -> QueuedMessage<ScriptValue> {
     let Some(script) = reader.vm.message_script() else { return QueuedMessage::Foreign };
     match Message::<P>::decode(frame, script) {
         Ok(Message::Broadcast { robot, topic, value }) => {

@@ -173,48 +173,7 @@ pub struct QueuesDescription {
 pub struct QueueDescription {
     /// The number of frames that the queue can hold.
     pub capacity: usize,
-    pub messages: Vec<MessageDescription>,
-}
-
-/// A decoded frame. In JSON, the key `kind` has the name of the variant.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-#[serde(tag = "kind", rename_all = "snake_case")]
-pub enum MessageDescription {
-    Broadcast {
-        robot: u16,
-        topic: ValueDescription,
-        value: ValueDescription,
-    },
-    Entry {
-        stigmergy: u16,
-        owner: u16,
-        clock: u32,
-        key: ValueDescription,
-        value: ValueDescription,
-    },
-    Beacon {
-        robot: u16,
-    },
-    Digest {
-        robot: u16,
-        digest: u32,
-    },
-    Swarms {
-        robot: u16,
-        /// The numbers of swarms; true if the sender is a member.
-        swarms: Vec<(u16, bool)>,
-    },
-    Fragment {
-        robot: u16,
-        number: u8,
-        index: u8,
-        is_last: bool,
-    },
-    /// A frame of a robot with another script.
-    Foreign,
-    /// A frame that cannot be decoded.
-    Malformed,
+    pub messages: Vec<QueuedMessage<ValueDescription>>,
 }
 
 /// The use of a machine's memory, in slots.
@@ -386,38 +345,6 @@ fn handler(handler: &Handler) -> HandlerDescription {
 }
 
 fn queue(queue: &InspectedQueue) -> QueueDescription {
-    let messages = queue.messages.iter().map(message).collect();
+    let messages = queue.messages.iter().map(|message| message.map(value)).collect();
     QueueDescription { capacity: queue.capacity, messages }
-}
-
-fn message(message: &QueuedMessage) -> MessageDescription {
-    match message {
-        QueuedMessage::Broadcast { robot, topic, value: sent } => {
-            MessageDescription::Broadcast { robot: *robot, topic: value(topic), value: value(sent) }
-        }
-        QueuedMessage::Entry { stigmergy, owner, clock, key, value: stored } => {
-            MessageDescription::Entry {
-                stigmergy: *stigmergy,
-                owner: *owner,
-                clock: *clock,
-                key: value(key),
-                value: value(stored),
-            }
-        }
-        QueuedMessage::Beacon { robot } => MessageDescription::Beacon { robot: *robot },
-        QueuedMessage::Digest { robot, digest } => {
-            MessageDescription::Digest { robot: *robot, digest: *digest }
-        }
-        QueuedMessage::Swarms { robot, swarms } => {
-            MessageDescription::Swarms { robot: *robot, swarms: swarms.clone() }
-        }
-        QueuedMessage::Fragment { robot, number, index, is_last } => MessageDescription::Fragment {
-            robot: *robot,
-            number: *number,
-            index: *index,
-            is_last: *is_last,
-        },
-        QueuedMessage::Foreign => MessageDescription::Foreign,
-        QueuedMessage::Malformed => MessageDescription::Malformed,
-    }
 }

@@ -260,11 +260,63 @@ frames: Array<FrameDescription>, neighbors: Array<NeighborDescription>, swarms: 
  */
 objects: { [key in number]: ObjectDescription }, };
 
-export type MessageDescription = { "kind": "broadcast", robot: number, topic: ValueDescription, value: ValueDescription, } | { "kind": "entry", stigmergy: number, owner: number, clock: number, key: ValueDescription, value: ValueDescription, } | { "kind": "beacon", robot: number, } | { "kind": "digest", robot: number, digest: number, } | { "kind": "swarms", robot: number, 
+export type MessageDescription<V> = { "kind": "broadcast", 
+/**
+ * The id of the sender.
+ */
+robot: number, 
+/**
+ * The topic, a string.
+ */
+topic: V, value: V, } | { "kind": "entry", 
+/**
+ * The number of the stigmergy.
+ */
+stigmergy: number, 
+/**
+ * The id of the robot that wrote the value or that sends the query.
+ */
+owner: number, 
+/**
+ * The Lamport clock of the write; 0 for a query.
+ */
+clock: number, key: V, value: V, } | { "kind": "beacon", 
+/**
+ * The id of the sender.
+ */
+robot: number, } | { "kind": "digest", 
+/**
+ * The id of the sender.
+ */
+robot: number, 
+/**
+ * The sum over the sender's entries.
+ */
+digest: number, } | { "kind": "swarms", 
+/**
+ * The id of the sender.
+ */
+robot: number, 
 /**
  * The numbers of swarms; true if the sender is a member.
  */
-swarms: Array<[number, boolean]>, } | { "kind": "fragment", robot: number, number: number, index: number, is_last: boolean, } | { "kind": "foreign" } | { "kind": "malformed" };
+swarms: Array<[number, boolean]>, } | { "kind": "fragment", 
+/**
+ * The id of the sender.
+ */
+robot: number, 
+/**
+ * The number of the message.
+ */
+number: number, 
+/**
+ * The index of the part.
+ */
+index: number, 
+/**
+ * True for the last part.
+ */
+is_last: boolean, } | { "kind": "foreign" } | { "kind": "malformed" };
 
 export type MessageSeverity = "error" | "warning";
 
@@ -334,7 +386,7 @@ export type QueueDescription = {
 /**
  * The number of frames that the queue can hold.
  */
-capacity: number, messages: Array<MessageDescription>, };
+capacity: number, messages: Array<MessageDescription<ValueDescription>>, };
 
 export type QueuesDescription = { inbox: QueueDescription, outbox: QueueDescription, };
 
