@@ -4,19 +4,8 @@ use super::rcc::ResetRegister;
 use super::*;
 
 impl F051 {
-    fn report(&mut self, error: HardwareError) {
-        if self.reported.insert(error.clone()) {
-            self.errors.push(error);
-        }
-    }
-
     fn has_clock(&mut self, base: u32) -> bool {
-        let clocked = self.rcc.is_clocked(base);
-        if !clocked {
-            self.accesses_without_clock += 1;
-            self.report(HardwareError::NoClock { base });
-        }
-        clocked
+        self.errors.check_clock(base, self.rcc.is_clocked(base))
     }
 
     /// Reads a register, at an address that is aligned to `width`.
@@ -28,7 +17,7 @@ impl F051 {
             let base = word & !(BLOCK - 1);
             if self.has_clock(base) { self.read_block(base, word, width) } else { 0 }
         };
-        value.checked_shr((address & 3) * 8).unwrap_or(0) & width.mask()
+        width.part(value, address)
     }
 
     fn read_block(&mut self, base: u32, address: u32, width: Width) -> u32 {
@@ -169,7 +158,7 @@ impl F051 {
     fn check_clocks(&mut self) {
         let hclk = self.clocks.hclk;
         for error in self.rcc.errors().into_iter().chain(self.flash.error(hclk)) {
-            self.report(error);
+            self.errors.report(error);
         }
     }
 

@@ -9,7 +9,7 @@ mod identity;
 mod rcc;
 mod spi;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
 use self::adc::Adc;
 use self::dma::Dma;
@@ -21,8 +21,8 @@ use self::i2c::I2c;
 use self::identity::Identity;
 use self::rcc::{Clocks, Rcc};
 use self::spi::Spi;
-use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
-use crate::stm32::{Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Watchdog, Write};
+use crate::stm32::watchdog::APB1_FREEZE;
+use crate::stm32::{ErrorLog, Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
 /// For each timer its first address (RM0091 table 1), its kind, and its interrupt (table 36). For
@@ -128,11 +128,8 @@ pub struct F051 {
     /// For each block, the first address used that has no model: a block without a model, or a
     /// register that a model does not know.
     pub unknown: BTreeMap<u32, u32>,
-    /// Accesses to peripherals whose clock is off.
-    pub accesses_without_clock: u64,
     flash_change: Option<FlashChange>,
-    errors: Vec<HardwareError>,
-    reported: HashSet<HardwareError>,
+    errors: ErrorLog,
     lines: Lines,
 }
 
@@ -156,10 +153,8 @@ impl F051 {
             identity: Identity::new(unique_id),
             storage: BTreeMap::new(),
             unknown: BTreeMap::new(),
-            accesses_without_clock: 0,
             flash_change: None,
-            errors: Vec::new(),
-            reported: HashSet::new(),
+            errors: ErrorLog::default(),
             lines: Lines::default(),
             clocks,
             rcc,
@@ -301,22 +296,14 @@ impl F051 {
     /// Returns true if the watchdog has expired. It then stands still until the reset that it
     /// requests.
     pub fn take_watchdog_expiry(&mut self) -> bool {
-        let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
-        if expired {
-            self.watchdog = Watchdog::new(self.rcc.lsi_hz);
-        }
-        expired
+        self.watchdog.take_expiry(self.now)
     }
 
     /// Called when a debugger halts or resumes the core. DBGMCU can stop several peripherals; only
     /// the watchdog is modeled.
     pub fn set_halted(&mut self, halted: bool) {
         let freeze = self.storage.get(&(DBGMCU + APB1_FREEZE)).copied().unwrap_or(0);
-        if !halted {
-            self.watchdog.go_on(self.now);
-        } else if freeze & FREEZE_WATCHDOG != 0 {
-            self.watchdog.stop(self.now);
-        }
+        self.watchdog.set_halted(halted, freeze, self.now);
     }
 
     /// Returns true once the firmware has started the watchdog.
@@ -372,9 +359,14 @@ impl F051 {
         }
     }
 
+    /// Returns the number of accesses to peripherals whose clock was off.
+    pub fn accesses_without_clock(&self) -> u64 {
+        self.errors.accesses_without_clock()
+    }
+
     /// Returns the errors of the firmware since the last call.
     pub fn take_errors(&mut self) -> Vec<HardwareError> {
-        std::mem::take(&mut self.errors)
+        self.errors.take()
     }
 
     /// Returns the change of the flash that the firmware started.
@@ -411,11 +403,7 @@ impl F051 {
     }
 
     fn pins_changed(&mut self) {
-        let levels = (0..16).fold(0, |levels, line| {
-            let high = self.ports.get(self.exti.port(line)).is_some_and(|port| port.level(line));
-            levels | u32::from(high) << line
-        });
-        self.exti.observe(levels);
+        self.exti.observe_ports(&self.ports);
         self.exti.drive(&mut self.lines);
     }
 

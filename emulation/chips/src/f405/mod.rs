@@ -4,14 +4,14 @@ mod rcc;
 mod system;
 mod usart;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 
 use self::rcc::Rcc;
 pub use self::system::OTP;
 use self::system::{Backup, Flash, Identity, Power};
 pub use self::usart::{SentByte, Usart};
-use crate::stm32::watchdog::{APB1_FREEZE, FREEZE_WATCHDOG};
-use crate::stm32::{Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Watchdog, Write};
+use crate::stm32::watchdog::APB1_FREEZE;
+use crate::stm32::{ErrorLog, Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Watchdog, Write};
 use crate::{HardwareError, Lines, ResetCause, Time, Width};
 
 /// The first address and the interrupt of TIM2 to TIM5 (RM0090 tables 1 and 62).
@@ -64,10 +64,7 @@ pub struct F405 {
     /// For each block, the first address used that has no model: a block without a model, or a
     /// register that a model does not know.
     pub unknown: BTreeMap<u32, u32>,
-    /// Accesses to peripherals whose clock is off.
-    pub accesses_without_clock: u64,
-    errors: Vec<HardwareError>,
-    reported: HashSet<HardwareError>,
+    errors: ErrorLog,
     lines: Lines,
 }
 
@@ -92,9 +89,7 @@ impl F405 {
             identity: Identity::new(unique_id, device_type),
             storage: BTreeMap::new(),
             unknown: BTreeMap::new(),
-            accesses_without_clock: 0,
-            errors: Vec::new(),
-            reported: HashSet::new(),
+            errors: ErrorLog::default(),
             lines: Lines::default(),
         }
     }
@@ -160,22 +155,14 @@ impl F405 {
     /// Returns true if the watchdog has expired. It then stands still until the reset that it
     /// requests.
     pub fn take_watchdog_expiry(&mut self) -> bool {
-        let expired = self.watchdog.expires().is_some_and(|at| at <= self.now);
-        if expired {
-            self.watchdog = Watchdog::new(self.lsi_hz);
-        }
-        expired
+        self.watchdog.take_expiry(self.now)
     }
 
     /// Called when a debugger halts or resumes the core. DBGMCU can stop several peripherals; only
     /// the watchdog is modeled.
     pub fn set_halted(&mut self, halted: bool) {
         let freeze = self.storage.get(&(DEBUG + APB1_FREEZE)).copied().unwrap_or(0);
-        if !halted {
-            self.watchdog.go_on(self.now);
-        } else if freeze & FREEZE_WATCHDOG != 0 {
-            self.watchdog.stop(self.now);
-        }
+        self.watchdog.set_halted(halted, freeze, self.now);
     }
 
     /// Returns true once the firmware has started the watchdog.
@@ -204,9 +191,14 @@ impl F405 {
         &self.timers[number - 2]
     }
 
+    /// Returns the number of accesses to peripherals whose clock was off.
+    pub fn accesses_without_clock(&self) -> u64 {
+        self.errors.accesses_without_clock()
+    }
+
     /// Returns the errors of the firmware since the last call.
     pub fn take_errors(&mut self) -> Vec<HardwareError> {
-        std::mem::take(&mut self.errors)
+        self.errors.take()
     }
 
     /// Returns true if USART6 is connected to its receive pin PC7.
@@ -241,11 +233,7 @@ impl F405 {
     }
 
     fn pins_changed(&mut self) {
-        let levels = (0..16).fold(0, |levels, line| {
-            let high = self.ports.get(self.exti.port(line)).is_some_and(|port| port.level(line));
-            levels | u32::from(high) << line
-        });
-        self.exti.observe(levels);
+        self.exti.observe_ports(&self.ports);
         self.update_lines();
     }
 
@@ -257,19 +245,8 @@ impl F405 {
         self.exti.drive(&mut self.lines);
     }
 
-    fn report(&mut self, error: HardwareError) {
-        if self.reported.insert(error.clone()) {
-            self.errors.push(error);
-        }
-    }
-
     fn has_clock(&mut self, base: u32) -> bool {
-        let clocked = self.rcc.is_clocked(base);
-        if !clocked {
-            self.accesses_without_clock += 1;
-            self.report(HardwareError::NoClock { base });
-        }
-        clocked
+        self.errors.check_clock(base, self.rcc.is_clocked(base))
     }
 
     /// Reads a register, at an address that is aligned to `width`.
@@ -281,7 +258,7 @@ impl F405 {
             let base = word & !(BLOCK - 1);
             if self.has_clock(base) { self.read_block(base, word) } else { 0 }
         };
-        value.checked_shr((address & 3) * 8).unwrap_or(0) & width.mask()
+        width.part(value, address)
     }
 
     fn read_block(&mut self, base: u32, address: u32) -> u32 {
@@ -393,7 +370,7 @@ impl F405 {
         let hclk = self.rcc.clocks().hclk;
         let errors = self.rcc.errors(self.power.is_scale_1());
         for error in errors.into_iter().chain(self.flash.error(hclk)) {
-            self.report(error);
+            self.errors.report(error);
         }
     }
 

@@ -38,6 +38,11 @@ impl Width {
             Width::Word => 0xffff_ffff,
         }
     }
+
+    /// Returns the part of a 32-bit register that an access of this width to `address` reads.
+    pub(crate) const fn part(self, register: u32, address: u32) -> u32 {
+        register >> ((address & 3) * 8) & self.mask()
+    }
 }
 
 /// A write to a 32-bit register. Only the bits in `mask` were written.

@@ -2,6 +2,7 @@
 //! RM0090 9.3, RM0091 9.1).
 
 use super::bus::{Lines, Write};
+use super::gpio::GpioPort;
 
 pub(crate) struct Exti {
     /// The NVIC interrupt of each line.
@@ -48,11 +49,20 @@ impl Exti {
     }
 
     /// Updates the levels of the selected pins; an enabled edge becomes pending.
-    pub fn observe(&mut self, levels: u32) {
+    fn observe(&mut self, levels: u32) {
         let rising = levels & !self.levels & self.rtsr;
         let falling = !levels & self.levels & self.ftsr;
         self.levels = levels;
         self.pending |= rising | falling;
+    }
+
+    /// Updates the levels of the selected pins from the ports of the chip.
+    pub fn observe_ports(&mut self, ports: &[GpioPort]) {
+        let levels = (0..16).fold(0, |levels, line| {
+            let high = ports.get(self.port(line)).is_some_and(|port| port.level(line));
+            levels | u32::from(high) << line
+        });
+        self.observe(levels);
     }
 
     /// Updates the level of the pin of one line.

@@ -7,7 +7,7 @@ use crate::Time;
 /// Offset of DBGMCU_APB1_FZ in DBGMCU, and its bit that stops the watchdog while the core is halted
 /// (RM0090 38.16.4, RM0091 32.9.4).
 pub(crate) const APB1_FREEZE: u32 = 0x08;
-pub(crate) const FREEZE_WATCHDOG: u32 = 1 << 12;
+const FREEZE_WATCHDOG: u32 = 1 << 12;
 
 pub(crate) struct Watchdog {
     lsi_hz: u64,
@@ -30,15 +30,34 @@ impl Watchdog {
         self.expires
     }
 
+    /// Returns true if the watchdog has expired. It then stands still until the reset that it
+    /// requests.
+    pub fn take_expiry(&mut self, now: Time) -> bool {
+        let is_expired = self.expires.is_some_and(|at| at <= now);
+        if is_expired {
+            *self = Watchdog::new(self.lsi_hz);
+        }
+        is_expired
+    }
+
+    /// Called when a debugger halts or resumes the core. `freeze` is DBGMCU_APB1_FZ.
+    pub fn set_halted(&mut self, is_halted: bool, freeze: u32, now: Time) {
+        if !is_halted {
+            self.go_on(now);
+        } else if freeze & FREEZE_WATCHDOG != 0 {
+            self.stop(now);
+        }
+    }
+
     /// Stops the watchdog, as DBGMCU does while the core is halted.
-    pub fn stop(&mut self, now: Time) {
+    fn stop(&mut self, now: Time) {
         if let Some(expires) = self.expires.take() {
             self.left = Some(expires.max(now) - now);
         }
     }
 
     /// Resumes counting after [`Self::stop`].
-    pub fn go_on(&mut self, now: Time) {
+    fn go_on(&mut self, now: Time) {
         if let Some(left) = self.left.take() {
             self.expires = Some(now + left);
         }

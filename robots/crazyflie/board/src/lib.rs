@@ -232,7 +232,7 @@ impl CrazyflieBoard {
             link_lost: peer.lost(),
             link_corrupted: peer.corrupted(),
             clocks_hz: self.f405.clocks_hz(),
-            accesses_without_clock: self.f405.accesses_without_clock,
+            accesses_without_clock: self.f405.accesses_without_clock(),
             unknown: self.f405.unknown.values().copied().collect(),
         }
     }

@@ -299,7 +299,7 @@ impl ZooidBoard {
             brightest: self.brightest,
             radio: self.radio.statistics.clone(),
             clocks_hz: self.f051.clocks_hz(),
-            accesses_without_clock: self.f051.accesses_without_clock,
+            accesses_without_clock: self.f051.accesses_without_clock(),
             unknown: self.f051.unknown.values().copied().collect(),
         }
     }
