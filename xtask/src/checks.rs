@@ -205,7 +205,10 @@ fn lint() -> Result<()> {
         Invocation::cargo(&["fmt", "--all", "--check"]).in_workspace(folder).run()?;
     }
     soak::lint_fuzz_targets(&DENY)?;
-    cargo(&[&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat())?;
+    let all = [&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat();
+    cargo(&all)?;
+    Invocation::cargo(&all).in_workspace(bench::HOST).run()?;
+    chip::lint(&DENY)?;
     for board in BOARDS {
         let firmware =
             |arguments: &[&str]| Invocation::cargo(arguments).in_workspace(board.folder).run();

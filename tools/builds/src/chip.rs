@@ -25,6 +25,21 @@ pub struct ChipProgram {
     pub features: &'static str,
 }
 
+/// Lints the programs of all workspaces for the target that their `.cargo/config.toml` names; clippy
+/// gets these arguments.
+pub fn lint(deny: &[&str]) -> Result<()> {
+    let arguments = [&["clippy", "--workspace", "--release"], deny].concat();
+    WORKSPACES.iter().try_for_each(|folder| cargo_in(folder, &arguments).run())
+}
+
+/// Returns a cargo command in a workspace.
+fn cargo_in(folder: &str, arguments: &[&str]) -> Invocation {
+    let line = Invocation::cargo(arguments);
+    // The AVR has no precompiled standard library. Cargo builds one, which is an unstable feature.
+    let line = if folder == AVR { line.env("RUSTC_BOOTSTRAP", "1") } else { line };
+    line.in_workspace(folder)
+}
+
 impl ChipProgram {
     /// Builds the program with these environment variables, and returns the ELF file.
     pub fn build(self, environment: &[(&str, &str)], quiet: bool) -> Result<PathBuf> {
@@ -33,12 +48,8 @@ impl ChipProgram {
         let folder = if is_avr { AVR } else { CORTEX_M };
         let arguments = ["build", "--release", "--package", package, "--target", target];
         let arguments = [&arguments[..], &["--features", features]].concat();
-        let line = Invocation::cargo(&arguments);
-        // The AVR has no precompiled standard library. Cargo builds one, which is an unstable
-        // feature.
-        let line = if is_avr { line.env("RUSTC_BOOTSTRAP", "1") } else { line };
+        let line = cargo_in(folder, &arguments);
         let line = environment.iter().fold(line, |line, (name, value)| line.env(name, value));
-        let line = line.in_workspace(folder);
         if quiet { line.unannounced() } else { line }.run()?;
         let file = if is_avr { format!("{package}.elf") } else { package.to_owned() };
         Ok(target_of(folder).join(target).join("release").join(file))

@@ -2,6 +2,7 @@
 
 #![no_std]
 #![no_main]
+#![expect(clippy::empty_loop, reason = "a pause would add to the size of the probe")]
 
 use bittybuzz_probe::{PARTS, SLOTS};
 #[cfg(feature = "full")]
