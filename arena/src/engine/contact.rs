@@ -1,4 +1,5 @@
-//! Contacts: discs that overlap push each other apart, and walls and obstacles push discs out.
+//! Collision of bodies: discs that overlap push each other apart, and walls and obstacles push discs
+//! out. A contact is such an overlap. Collisions of frames are in [`link`](super::link).
 //!
 //! A round reads all positions from the round before. Every disc moves by half of each overlap, so
 //! the result does not depend on the order of the discs, and two discs move by the same amount in
