@@ -252,7 +252,7 @@ impl FaultText<'_> {
             FaultCode::WrongType => "`type(x)` returns the type of a value".to_owned(),
             FaultCode::NotATable => "only tables have entries".to_owned(),
             FaultCode::NotCallable if is_nil => {
-                "is the name spelt as in its definition, and is it assigned before this call?"
+                "is the name spelled as in its definition, and is it assigned before this call?"
                     .to_owned()
             }
             FaultCode::BadKey => "an entry is found by a number or a string only".to_owned(),

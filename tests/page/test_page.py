@@ -261,7 +261,7 @@ def test_a_click_inspects_a_robot(page):
     # The first tick is for init.
     expect(value(panel, "Globals", "n")).to_have_text("14")
     expect(value(panel, "Globals", "t").locator("dt", has_text=".deep")).to_have_count(1)
-    expect(value(panel, "Neighbours", "Robot 6")).to_contain_text("mm")
+    expect(value(panel, "Neighbors", "Robot 6")).to_contain_text("mm")
     expect(value(panel, "Swarms", "3")).to_have_text("a member")
     expect(value(panel, "Stigmergy 2", "1")).to_have_text("40 by robot 7, clock 1")
     expect(value(panel, "Messages", "to be sent")).to_contain_text("broadcast of 7")
@@ -471,17 +471,17 @@ def test_messages_and_quantities_are_drawn(page):
     assert link() == nothing
     go(page, 80)
     by_state = body()
-    page.get_by_label("Colour by").select_option("global.n")
+    page.get_by_label("Color by").select_option("global.n")
     # Robot 7 has restarted in between.
     expect(page.locator("#most")).to_have_text("79")
     assert body() != by_state
-    page.get_by_label("Colour by").select_option("state")
+    page.get_by_label("Color by").select_option("state")
     expect(page.locator("#legend")).to_be_hidden()
 
 
 def test_a_quantity_is_drawn_over_time(page):
     expect(page.locator("#curves")).to_be_hidden()
-    page.get_by_label("Colour by").select_option("global.n")
+    page.get_by_label("Color by").select_option("global.n")
     go(page, 40)
     words = page.locator("#curve-text")
     expect(words).to_contain_text("global.n: median ")
@@ -503,12 +503,12 @@ def test_a_quantity_is_drawn_over_time(page):
     expect(page.locator("#curve-high")).to_have_text("399")
     page.get_by_role("button", name="Stop", exact=True).click()
     expect(page.locator("#curve-high")).to_have_text("79")
-    page.get_by_label("Colour by").select_option("neighbors")
+    page.get_by_label("Color by").select_option("neighbors")
     expect(words).to_contain_text("neighbors: ")
 
 
 def test_curves_of_robots_are_compared(page):
-    page.get_by_label("Colour by").select_option("global.n")
+    page.get_by_label("Color by").select_option("global.n")
     go(page, 15)
     words = page.locator("#curve-text")
     page.keyboard.down("Shift")

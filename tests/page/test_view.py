@@ -56,7 +56,7 @@ def test_robots_are_shown_and_nothing_can_be_changed(page):
     for part in ["save", "messages", "tab-log", "tab-tests", "tab-ground"]:
         expect(page.locator(f"#{part}")).to_be_hidden()
     expect(panel.get_by_role("button")).to_have_count(0)
-    expect(page.get_by_label("Colour by")).to_be_disabled()
+    expect(page.get_by_label("Color by")).to_be_disabled()
     page.focus("#canvas")
     page.keyboard.press("Shift+ArrowUp")
     expect(page.locator("#status")).to_contain_text("a recording has places, LEDs and states alone")

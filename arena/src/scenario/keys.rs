@@ -156,7 +156,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "radius" "number" "" "circle: radius in mm",
             "area" "[width, height]" "the world" "random: the rectangle around `at`, in mm",
             "positions" "list of [x, y]" "" "list: start position of each robot, in mm",
-            "heading" "degrees or \"random\"" "random" "initial heading: 0 along x, anticlockwise",
+            "heading" "degrees or \"random\"" "random" "initial heading: 0 along x, counterclockwise",
             "body" "word" "that of the robot" "for a robot file: name of the model ([body.NAME]) for motion and messages",
             "present" "true or false" "true" "false: the robots are absent until they `join`",
             "model" "table" "see [body]" "settings of these robots that differ from [body]",

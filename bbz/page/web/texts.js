@@ -36,7 +36,7 @@ export const texts = {
     canvas: "The world, seen from above. Keys: question mark",
     hint: "Click a robot to look into it. Drag robots, lamps or the ground; zoom with the wheel.",
     hintWatched: "Robots that report. Where they are is not known.", noMore: "The trace has ended.", seconds: (/** @type {number} */ seconds) => `${seconds.toFixed(1)} s`,
-    display: "how the world is shown", color: "Colour by", byState: "state", messages: "Messages", trails: "Trails",
+    display: "how the world is shown", color: "Color by", byState: "state", messages: "Messages", trails: "Trails",
     tilt: "3-D", tiltHelp: "Seen from a side. Turn it with the right mouse button, or Ctrl + arrows",
     picture: "Picture", pictureHelp: "Saves what is shown as a PNG file", pictureAs: "bittybuzz.png",
     drawing: "Drawing", drawingHelp: "Saves the world as an SVG file", drawingAs: "bittybuzz.svg",
@@ -70,7 +70,7 @@ export const texts = {
     faultAt: (/** @type {string} */ code, /** @type {FaultPlace | null} */ place, /** @type {number} */ seconds) => `Error ${code} at ${seconds.toFixed(1)} s`
         + (place ? `: ${place.file}:${place.line}${place.function ? `, in ${place.function}` : ""}` : ""),
 
-    globals: "Globals", frame: "In", neighbors: "Neighbours", swarms: "Swarms", stigmergy: "Stigmergy",
+    globals: "Globals", frame: "In", neighbors: "Neighbors", swarms: "Swarms", stigmergy: "Stigmergy",
     queues: "Messages", inbox: "to be read", outbox: "to be sent", none: "none",
     noMemory: "Its memory is in an emulator, or it has not joined yet.",
     /** @type {(neighbor: NeighborDescription) => string} */
