@@ -7,7 +7,8 @@ use anyhow::Result;
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{
-    BOOK, EMULATORS, PROBE_RS, SKIP_SLOW, all_tests, cargo_test, guides, shared_packages,
+    BOOK, CHECK, EMULATORS, FIGURES, PROBE_RS, SKIP_SLOW, all_tests, cargo_test, guides,
+    shared_packages,
 };
 use bittybuzz_builds::probe::PROBES;
 use bittybuzz_builds::shell::{Invocation, cargo, keep_lock_files, target};
@@ -31,7 +32,8 @@ pub fn test() -> Result<()> {
         "The tests follow: {MINUTES} minutes on two cores the first time, with all that is built."
     );
     let images = Images::build()?;
-    let variables = [&images.variables()[..], &[("BITTYBUZZ_SEEDS", SEEDS)]].concat();
+    let seeds = ("BITTYBUZZ_SEEDS", SEEDS);
+    let variables = [&images.variables()[..], &[seeds, (FIGURES, CHECK)]].concat();
     test_programs::run(&shared_packages(), &SKIP_SLOW, &variables)
 }
 
@@ -122,7 +124,9 @@ impl Step {
                 cargo(&[&["test", "--release"], &emulators[..]].concat())?;
             }
             Step::Tests => {
-                test_programs::run(&shared_packages(), &[], &Images::build()?.variables())?;
+                let images = Images::build()?;
+                let variables = [&images.variables()[..], &[(FIGURES, CHECK)]].concat();
+                test_programs::run(&shared_packages(), &[], &variables)?;
             }
             Step::Guides => Images::build()?.given_to(guides("changed", &[])).run()?,
             Step::Wasm => wasm()?,

@@ -145,6 +145,7 @@ mod tests {
             "bench thumbv7em-full --update",
             "bench costs --update avr",
             "bench flight --update",
+            "bench slices --update",
             "soak",
             "soak noise",
             "ci",

@@ -16,6 +16,7 @@ mod images;
 mod marks;
 mod program;
 mod report;
+mod slices;
 mod target;
 
 use anyhow::{Result, ensure};
@@ -69,6 +70,12 @@ enum Subject {
         #[arg(long)]
         update: bool,
     },
+    /// Measures the longest slices of scripts on the robots' images, in emulation
+    Slices {
+        /// Records the slices of today in `bench/hil.json`
+        #[arg(long)]
+        update: bool,
+    },
 }
 
 /// Measures, and prints the counts next to the baseline and the C BittyBuzz.
@@ -83,6 +90,7 @@ pub fn run(wanted: &BenchArguments) -> Result<()> {
             return costs::run(&targets, update);
         }
         Some(Subject::Flight { update }) => return flight::run(update),
+        Some(Subject::Slices { update }) => return slices::run(update),
         None => {}
     }
     let targets = wanted.target.map_or(BenchTarget::ALL.to_vec(), |target| vec![target]);

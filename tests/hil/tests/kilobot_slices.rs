@@ -1,6 +1,7 @@
 //! The longest turn of a Kilobot's loop, in cycles that the emulator counts, while scripts do what takes longest: a turn
 //! is a slice of the script and everything else that the robot does.
 
+use crate::figures;
 use bittybuzz_hil::Kilobots;
 
 /// Fills the memory but for a little, and then makes garbage all the time.
@@ -80,14 +81,17 @@ fn longest_turn(script: &str) -> u64 {
 /// docs/instruction-set.md, or a collection of the whole memory.
 #[test]
 fn a_turn_is_a_slice_and_one_instruction() {
-    for (name, script, instruction) in [
+    let slices = [
         ("loop", LOOP, 200),
         ("floats", FLOATS, 2_100),
         ("tables", TABLES, 7_000),
         ("garbage", GARBAGE, 12_000),
-    ] {
+    ]
+    .map(|(name, script, instruction)| {
         let longest = longest_turn(script);
         println!("{name}: {longest} cycles, {} us", longest / 8);
         assert!(longest > SLICE && longest <= SLICE + REST + instruction, "{name}: {longest}");
-    }
+        (name, longest / 8)
+    });
+    figures::check("kilobot", "slices_us", &slices);
 }

@@ -12,6 +12,7 @@ mod conformance;
 mod debugger;
 mod ear;
 mod failures;
+mod figures;
 mod forged;
 mod kilobot_board;
 mod kilobot_brown_out;

@@ -1,6 +1,7 @@
 //! The longest slice of scripts that do what takes longest, on the images of Crazyflie and Zooid, as the robots' own
 //! clocks count it.
 
+use crate::figures;
 use bittybuzz_hil::{Swarm, Table, TraceLog};
 use bittybuzz_runtime::script::SLICE_MAX;
 
@@ -81,7 +82,7 @@ fn text(script: &str, [pairs, tables, items]: [u16; 3]) -> String {
     script.replace("TABLES", &tables.to_string()).replace("ITEMS", &items.to_string())
 }
 
-/// The longest slice, in µs, of a robot that reports it with every hundred steps.
+/// Returns the longest slice, in µs, of a robot that reports it with every hundred steps.
 fn longest_slice(name: &str, trace_log: &TraceLog) -> u64 {
     let is_overrun = |record: &String| record.starts_with("Overrun");
     assert!(trace_log.records.iter().all(is_overrun), "{name}: {:?}", trace_log.records);
@@ -91,25 +92,26 @@ fn longest_slice(name: &str, trace_log: &TraceLog) -> u64 {
     });
     let longest = longest.unwrap_or_else(|| panic!("{name}: no status line"));
     println!("{name}: longest slice {longest} us");
+    assert!((1..=SLICE_MAX.as_micros()).contains(&longest), "{name}: {longest} us");
     longest
 }
 
 #[test]
 fn slices_of_a_crazyflie_are_short() {
-    for (name, script) in SCRIPTS {
+    let slices = SCRIPTS.map(|(name, script)| {
         let mut swarm = Swarm::crazyflies(&text(script, [150, 50, 34]), &[1]);
         swarm.run_ms(10_200);
-        let longest = longest_slice(name, &swarm.members()[0].trace_log);
-        assert!((1..=SLICE_MAX.as_micros()).contains(&longest), "{name}: {longest} us");
-    }
+        (name, longest_slice(name, &swarm.members()[0].trace_log))
+    });
+    figures::check("crazyflie", "slices_us", &slices);
 }
 
 #[test]
 fn slices_of_a_zooid_are_short() {
-    for (name, script) in SCRIPTS {
+    let slices = SCRIPTS.map(|(name, script)| {
         let mut table = Table::new(&text(script, [110, 40, 5]), &[1]);
         table.run_ms(10_200);
-        let longest = longest_slice(name, &table.zooids()[0].trace_log);
-        assert!((1..=SLICE_MAX.as_micros()).contains(&longest), "{name}: {longest} us");
-    }
+        (name, longest_slice(name, &table.zooids()[0].trace_log))
+    });
+    figures::check("zooids", "slices_us", &slices);
 }

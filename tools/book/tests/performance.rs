@@ -22,6 +22,7 @@ fn tables_are_those_of_the_recorded_counts() {
         ("flight", flight()),
         ("sizes", sizes()),
         ("machine", machine()),
+        ("slices", slices()),
     ];
     check("docs/performance.md", "performance.rs", &parts);
     check("README.md", "performance.rs", &[("worth", worth())]);
@@ -135,6 +136,34 @@ fn machine() -> String {
         text += &format!("| {title} | {} |\n", cells.join(" | "));
     }
     text + "\n"
+}
+
+/// The rows of the table of slices: a title, and the scripts of tests/hil of which the longest slice
+/// counts.
+const SLICES: [(&str, &[&str]); 5] = [
+    ("loop", &["loop"]),
+    ("functions of `math`; on the Kilobot `%` and `/` of floats", &["maths", "floats"]),
+    ("a table that fills the memory", &["pairs", "foreach", "tables"]),
+    ("a full heap that is collected all the time", &["garbage", "seldom"]),
+    ("the longest message into a full queue", &["messages", "other messages"]),
+];
+
+fn slices() -> String {
+    let recorded = fs::read_to_string(path("bench/hil.json")).unwrap();
+    let recorded: Value = serde_json::from_str(&recorded).unwrap();
+    let robots = ["crazyflie", "zooids", "kilobot"].map(|robot| &recorded["slices_us"][robot]);
+    for robot in robots {
+        let mut scripts = robot.as_object().unwrap().keys();
+        assert!(scripts.all(|script| SLICES.iter().any(|(_, row)| row.contains(&&**script))));
+    }
+    let mut text = "\n| Script | Crazyflie | Zooid | Kilobot |\n|---|---|---|---|\n".to_owned();
+    for (title, scripts) in SLICES {
+        let longest = |robot: &Value| scripts.iter().filter_map(|name| robot[*name].as_u64()).max();
+        let cells =
+            robots.map(|robot| longest(robot).map_or(String::new(), |slice| number(slice as f64)));
+        text += &format!("| {title} | {} |\n", cells.join(" | "));
+    }
+    format!("{text}\nRecorded on {}.\n\n", recorded["date"].as_str().unwrap())
 }
 
 fn means() -> String {

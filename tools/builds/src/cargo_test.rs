@@ -8,6 +8,13 @@ pub const SKIP_SLOW: [&str; 2] = ["--skip", "qemu"];
 /// The package whose tests carry out the guides. They compile a copy of the repository.
 pub const GUIDES: &str = "bittybuzz-guides";
 
+/// The variable that makes tests of `tests/hil` compare their figures with `bench/hil.json` if it is
+/// [`CHECK`], and record them if it is a date.
+pub const FIGURES: &str = "BITTYBUZZ_FIGURES";
+
+/// The value of [`FIGURES`] that compares.
+pub const CHECK: &str = "check";
+
 /// Returns `cargo test` with these arguments. Property tests use the same cases each time, so that
 /// a failure comes from the change under test; `cargo xtask soak properties` tries other cases.
 pub fn cargo_test(arguments: &[&str]) -> Invocation {

@@ -1,0 +1,38 @@
+//! The figures that tests of this crate measure for docs/performance.md. `bench/hil.json` has them.
+//!
+//! The emulators are deterministic, so the same image gives the same figures.
+
+use std::fs;
+use std::sync::Mutex;
+
+use bittybuzz_builds::cargo_test::{CHECK, FIGURES};
+use bittybuzz_builds::shell::root;
+use serde_json::Value;
+
+const FILE: &str = "bench/hil.json";
+
+/// Held while the file is rewritten, because the tests are threads of one process.
+static WRITER: Mutex<()> = Mutex::new(());
+
+/// Compares figures of a robot with the recorded ones, or records them, as the variable [`FIGURES`] says.
+/// Without it, nothing happens: mutants of the firmware have other figures.
+pub fn check(robot: &str, group: &str, measured: &[(&str, u64)]) {
+    let Ok(wanted) = std::env::var(FIGURES) else { return };
+    let path = root().join(FILE);
+    let figure = |(name, figure): &(&str, u64)| ((*name).to_owned(), Value::from(*figure));
+    let figures = Value::Object(measured.iter().map(figure).collect());
+    let read = || -> Value { serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap() };
+    if wanted != CHECK {
+        let _held = WRITER.lock().unwrap();
+        let mut record = read();
+        record["date"] = wanted.into();
+        record[group][robot] = figures;
+        fs::write(&path, serde_json::to_string_pretty(&record).unwrap() + "\n").unwrap();
+        return;
+    }
+    let recorded = read()[group][robot].take();
+    assert!(
+        recorded == figures,
+        "{robot}: {figures} instead of {recorded} in {FILE}; `cargo xtask bench slices --update` records them"
+    );
+}
