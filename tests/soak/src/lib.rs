@@ -157,30 +157,35 @@ pub fn run(part: Option<&str>) -> Result<()> {
 /// convergence and some executions of each fuzz target. The tests pass without the mutants.
 pub fn sample() -> Result<()> {
     for name in mutants::sample() {
-        match mutants::run(&name)? {
-            Verdict::Shown(evidence) => println!("{name}: {evidence}"),
-            Verdict::Missing(reason) => {
-                bail!("not shown: mutants {name} ({reason})");
-            }
-        }
+        require("mutants", &name, mutants::run)?;
     }
     for name in squeeze::SAMPLE {
-        match squeeze::run(name)? {
-            Verdict::Shown(evidence) => println!("{name}: {evidence}"),
-            Verdict::Missing(reason) => {
-                bail!("not shown: squeeze {name} ({reason})");
-            }
-        }
+        require("squeeze", name, squeeze::run)?;
     }
-    match squeezed::run(squeezed::SAMPLE)? {
-        Verdict::Shown(evidence) => println!("squeezed {}: {evidence}", squeezed::SAMPLE),
-        Verdict::Missing(reason) => {
-            bail!("not shown: squeezed ({reason})");
-        }
+    require("squeezed", squeezed::SAMPLE, squeezed::run)?;
+    let others: [(&str, fn() -> Result<()>); 3] = [
+        ("kilobots", kilobots::sample),
+        ("convergence", convergence::sample),
+        ("fuzz", fuzz::sample),
+    ];
+    for (part, sample) in others {
+        let start = Instant::now();
+        sample()?;
+        println!("{part}: a sample ({} s)", start.elapsed().as_secs());
     }
-    kilobots::sample()?;
-    convergence::sample()?;
-    fuzz::sample()
+    Ok(())
+}
+
+/// Fails unless an item of a part is shown.
+fn require(part: &str, item: &str, run: fn(&str) -> Result<Verdict>) -> Result<()> {
+    let start = Instant::now();
+    match run(item)? {
+        Verdict::Shown(evidence) => {
+            println!("{part} {item}: {evidence} ({} s)", start.elapsed().as_secs());
+            Ok(())
+        }
+        Verdict::Missing(reason) => bail!("not shown: {part} {item} ({reason})"),
+    }
 }
 
 fn noise() -> Result<Verdict> {

@@ -119,13 +119,9 @@ impl FirmwareBuild {
     /// Builds the image with the number profile of the smallest robots, in a folder next to that of
     /// the ordinary image.
     pub fn build_tiny(&self, script: Option<&Path>) -> Result<PathBuf> {
-        let target = target_of(self.folder);
-        // Only the images are in separate folders; both builds share their compiled crates.
-        let build = target.display().to_string();
-        let target = target.join("tiny");
+        let target = target_of(self.folder).join("tiny");
         let folder = target.display().to_string();
-        let mut line = Invocation::cargo(&["build", "--release", "--target-dir", &folder])
-            .env("CARGO_BUILD_BUILD_DIR", &build);
+        let mut line = Invocation::cargo(&["build", "--release", "--target-dir", &folder]);
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
         }

@@ -2,9 +2,11 @@
 //!
 //! The copy is kept between uses, so that only changes are built again.
 
+use crate::seed::seed;
 use crate::shell::{Invocation, root};
 use anyhow::Result;
 use fs_err::{self as fs, File};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Settings of cargo for the copy, stored in a folder above the copy. They add to the repository's
@@ -15,6 +17,10 @@ use std::path::{Path, PathBuf};
 /// build it.
 const SETTINGS: &str = "[profile.dev.package.bittybuzz-arena]\nopt-level = 0\n";
 
+/// The folder for what cargo compiles in all workspaces of the repository, as .cargo/config.toml
+/// says.
+const BUILT: &str = "target";
+
 /// A copy that is locked, so that one test or chore uses it at a time.
 pub struct Copy {
     root: PathBuf,
@@ -23,8 +29,17 @@ pub struct Copy {
 
 impl Copy {
     /// Copies the repository in its present state, uncommitted changes included, to a place below a
-    /// folder that git ignores.
+    /// folder that git ignores. A new copy also gets the crates of others that are compiled already.
     pub fn new(folder: &Path) -> Result<Copy> {
+        let copy = Copy::of_sources(folder)?;
+        let built = copy.build_folder();
+        if !built.exists() {
+            seed(&root().join(BUILT), &built, &own_packages()?)?;
+        }
+        Ok(copy)
+    }
+
+    fn of_sources(folder: &Path) -> Result<Copy> {
         fs::create_dir_all(folder)?;
         let lock = File::create(folder.join("repository.lock"))?;
         lock.file().lock()?;
@@ -36,6 +51,11 @@ impl Copy {
             copy.put(file, &fs::read(root().join(file))?)?;
         }
         Ok(copy)
+    }
+
+    /// Returns cargo's folder for what it compiles in the copy.
+    fn build_folder(&self) -> PathBuf {
+        self.root.join(BUILT).join("build")
     }
 
     /// Returns the root of the copy.
@@ -61,7 +81,7 @@ impl Copy {
             // the copy for the one at the same place in the repository, and run the changed crate
             // in tests of the repository. Boards and tools in the copy share their compiled
             // dependencies.
-            ("CARGO_BUILD_BUILD_DIR", self.root.join("target/build").display().to_string()),
+            ("CARGO_BUILD_BUILD_DIR", self.build_folder().display().to_string()),
             // The compilers take most of the time here, because the programs run only for seconds.
             ("CARGO_PROFILE_DEV_OPT_LEVEL", "0".to_owned()),
             ("CARGO_PROFILE_DEV_DEBUG", "none".to_owned()),
@@ -93,6 +113,17 @@ impl Copy {
     }
 }
 
+/// Returns the names of the packages of all workspaces.
+fn own_packages() -> Result<HashSet<String>> {
+    let mut names = HashSet::new();
+    for file in files()?.iter().filter(|file| file.ends_with("Cargo.toml")) {
+        let text = fs::read_to_string(root().join(file))?;
+        let name = text.lines().find_map(|line| line.strip_prefix("name = \""));
+        names.extend(name.and_then(|name| name.strip_suffix('"')).map(str::to_owned));
+    }
+    Ok(names)
+}
+
 /// Returns the files of the repository, as sorted paths from the root: those that git tracks or
 /// would add.
 pub fn files() -> Result<Vec<String>> {
@@ -119,7 +150,7 @@ mod tests {
     #[test]
     fn a_copy_is_mended_and_otherwise_left_alone() {
         let folder = tempfile::tempdir().unwrap();
-        let copy = Copy::new(folder.path()).unwrap();
+        let copy = Copy::of_sources(folder.path()).unwrap();
         let [kept, changed, added] = ["Cargo.toml", "xtask/Cargo.toml", "xtask/new/file"];
         let long_ago = SystemTime::UNIX_EPOCH;
         let file = fs::File::options().write(true).open(copy.root().join(kept)).unwrap();
@@ -128,7 +159,7 @@ mod tests {
         copy.put(added, b"new").unwrap();
         copy.put("target/kept", b"built").unwrap();
         drop(copy);
-        let copy = Copy::new(folder.path()).unwrap();
+        let copy = Copy::of_sources(folder.path()).unwrap();
         let original = fs::read(root().join(changed)).unwrap();
         assert_eq!(fs::read(copy.root().join(changed)).unwrap(), original);
         let modified = fs::metadata(copy.root().join(kept)).unwrap().modified().unwrap();

@@ -10,6 +10,7 @@ pub mod copy;
 pub mod elf;
 pub mod on_chip;
 pub mod probe;
+mod seed;
 pub mod setup;
 pub mod shell;
 pub mod test_programs;
