@@ -7,8 +7,8 @@ use anyhow::Result;
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{
-    BOOK, CHECK, EMULATORS, FIGURES, PROBE_RS, SKIP_SLOW, all_tests, cargo_test, guides,
-    shared_packages,
+    BOOK, CHECK, FIGURES, PROBE_RS, SKIP_SLOW, all_but_emulators, all_tests, cargo_test, emulators,
+    guides, shared_packages,
 };
 use bittybuzz_builds::probe::PROBES;
 use bittybuzz_builds::shell::{Invocation, cargo, keep_lock_files, target};
@@ -120,8 +120,7 @@ impl Step {
             Step::Emulators => {
                 // The emulated processor is compiled once for the lints, these tests and the later
                 // steps.
-                let emulators = EMULATORS.map(|package| ["--package", package]).concat();
-                cargo(&[&["test", "--release"], &emulators[..]].concat())?;
+                cargo(&[&["test", "--release"], &emulators()[..]].concat())?;
             }
             Step::Tests => {
                 let images = Images::build()?;
@@ -185,11 +184,13 @@ fn locks() -> Result<()> {
 fn document() -> Result<()> {
     const MACHINE: &str = "bittybuzz-vm-core";
     let strict = |line: Invocation| line.env("RUSTDOCFLAGS", "-D warnings");
-    // The release profile is that of the lints, which have checked the dependencies already.
-    let all = ["doc", "--release", "--workspace", "--no-deps", "--exclude", MACHINE];
-    strict(Invocation::cargo(&all)).run()?;
+    // The profiles are those of the lints, which have checked the dependencies already.
+    let others = ["doc", "--no-deps", "--exclude", MACHINE];
+    strict(Invocation::cargo(&[&others[..], &all_but_emulators()].concat())).run()?;
+    let emulated = ["doc", "--no-deps", "--release"];
+    strict(Invocation::cargo(&[&emulated[..], &emulators()].concat())).run()?;
     // The tables of opcodes describe instructions with brackets that are no links.
-    Invocation::cargo(&["doc", "--release", "--package", MACHINE, "--no-deps"])
+    Invocation::cargo(&["doc", "--package", MACHINE, "--no-deps"])
         .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::broken-intra-doc-links")
         .run()?;
     for board in BOARDS {
@@ -209,8 +210,11 @@ fn lint() -> Result<()> {
         Invocation::cargo(&["fmt", "--all", "--check"]).in_workspace(folder).run()?;
     }
     soak::lint_fuzz_targets(&DENY)?;
-    let all = [&["clippy", "--workspace", "--all-targets", "--release"], &DENY[..]].concat();
-    cargo(&all)?;
+    // In the profiles of the tests, which use the same build scripts and macros.
+    let clippy = ["clippy", "--all-targets"];
+    cargo(&[&clippy[..], &all_but_emulators(), &DENY].concat())?;
+    cargo(&[&clippy[..], &["--release"], &emulators(), &DENY].concat())?;
+    let all = [&clippy[..], &["--release", "--workspace"], &DENY].concat();
     Invocation::cargo(&all).in_workspace(bench::HOST).run()?;
     chip::lint(&DENY)?;
     for board in BOARDS {

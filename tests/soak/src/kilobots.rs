@@ -4,7 +4,7 @@
 
 use crate::Verdict;
 use crate::pairs::in_pairs;
-use crate::simulator::Build;
+use crate::simulator::{self, Build};
 use crate::sources::write;
 use anyhow::{Context, Result, bail, ensure};
 use bittybuzz_builds::board::KILOBOT;
@@ -155,7 +155,9 @@ fn simulation(bbz: &Path, script: &str, seconds: u32) -> Result<Invocation> {
     let paced = keeps_pace(&fs::read_to_string(root().join(script))?);
     write(&scenario, text(script, &image, seconds, paced).as_bytes())?;
     fs::copy(&built, &image)?;
-    let arguments = ["sim", &scenario.display().to_string(), "--headless"];
+    let emulator = simulator::avr()?.display().to_string();
+    let scenario = scenario.display().to_string();
+    let arguments = ["sim", &scenario, "--headless", "--emulator", &emulator];
     // So few robots are slower on two threads, which wait for each other 2,000 times a second.
     Ok(Invocation::named("bbz", bbz, &arguments).env("RAYON_NUM_THREADS", "1"))
 }

@@ -163,16 +163,16 @@ pub fn sample() -> Result<()> {
         require("squeeze", name, squeeze::run)?;
     }
     require("squeezed", squeezed::SAMPLE, squeezed::run)?;
-    let others: [(&str, fn() -> Result<()>); 3] = [
-        ("kilobots", kilobots::sample),
-        ("convergence", convergence::sample),
-        ("fuzz", fuzz::sample),
-    ];
-    for (part, sample) in others {
-        let start = Instant::now();
-        sample()?;
-        println!("{part}: a sample ({} s)", start.elapsed().as_secs());
-    }
+    timed("kilobots", kilobots::sample)?;
+    timed("convergence", convergence::sample)?;
+    timed("fuzz", fuzz::sample)
+}
+
+/// Runs the sample of a part, and prints how long it takes.
+fn timed(part: &str, sample: fn() -> Result<()>) -> Result<()> {
+    let start = Instant::now();
+    sample()?;
+    println!("{part}: a sample ({} s)", start.elapsed().as_secs());
     Ok(())
 }
 

@@ -1,35 +1,40 @@
-//! The simulator that runs scenarios.
+//! The simulator that runs scenarios, and the emulators that it starts.
 
 use anyhow::Result;
+use bittybuzz_builds::cargo_test::all_tests;
 use bittybuzz_builds::shell::{Invocation, target};
 use std::path::PathBuf;
 
-/// The profile with which the simulator is compiled.
+/// The profile with which the simulator is compiled. Emulators are always optimized.
 #[derive(Clone, Copy)]
 pub enum Build {
     /// The profile of users.
     Optimized,
-    /// The profile of tests, with checks of overflow. CI has built most of it for the tests.
+    /// The profile of tests, with checks of overflow. CI has built it for the tests.
     Checked,
 }
 
-/// The packages, always built together: cargo would compile their shared crates again for each
-/// selection of them.
-const PROGRAMS: [&str; 3] = ["bbz", "bittybuzz-emulate-avr", "bittybuzz-emulate-m0"];
+const EMULATORS: [&str; 2] = ["bittybuzz-emulate-avr", "bittybuzz-emulate-m0"];
 
 impl Build {
     /// Builds `bbz` and the emulator programs; returns the path of `bbz`.
     pub fn simulator(self) -> Result<PathBuf> {
-        let mut arguments = vec!["build", "--quiet"];
-        arguments.extend(PROGRAMS.iter().flat_map(|name| ["--package", name]));
-        let folder = match self {
-            Build::Optimized => {
-                arguments.push("--release");
-                "release"
+        // Cargo would compile the shared crates again for each other selection of packages.
+        let (packages, folder) = match self {
+            Build::Optimized => (&["--package", "bbz"][..], "release"),
+            Build::Checked => {
+                all_tests(&["--no-run", "--quiet", "--test", "bbz"], &[]).run()?;
+                (&[][..], "debug")
             }
-            Build::Checked => "debug",
         };
-        Invocation::cargo(&arguments).run()?;
+        let emulators = EMULATORS.map(|package| ["--package", package]).concat();
+        let build = ["build", "--release", "--quiet"];
+        Invocation::cargo(&[&build[..], packages, &emulators].concat()).run()?;
         Ok(target()?.join(folder).join("bbz"))
     }
+}
+
+/// Returns the path of the emulator of an AVR.
+pub fn avr() -> Result<PathBuf> {
+    Ok(target()?.join("release/bbz-emulate-avr"))
 }

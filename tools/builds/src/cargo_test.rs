@@ -47,8 +47,18 @@ pub const PROBE_RS: &str = "bittybuzz-probe-rs-test";
 
 /// Returns the options that select all packages that share a build of their tests.
 pub fn shared_packages() -> Vec<&'static str> {
-    let others = [BOOK, GUIDES, PROBE_RS].into_iter().chain(EMULATORS);
-    ["--workspace"].into_iter().chain(others.flat_map(|package| ["--exclude", package])).collect()
+    let others = [BOOK, GUIDES, PROBE_RS].map(|package| ["--exclude", package]);
+    [&all_but_emulators()[..], others.as_flattened()].concat()
+}
+
+/// Returns the options that select [`EMULATORS`].
+pub fn emulators() -> Vec<&'static str> {
+    EMULATORS.map(|package| ["--package", package]).concat()
+}
+
+/// Returns the options that select all packages but [`EMULATORS`].
+pub fn all_but_emulators() -> Vec<&'static str> {
+    [&["--workspace"], EMULATORS.map(|package| ["--exclude", package]).as_flattened()].concat()
 }
 
 /// Returns the tests of all packages that share a build, with options for cargo and arguments for

@@ -96,7 +96,7 @@ mod tests {
         let put = |path: &str| {
             let path = from.join(path);
             fs::create_dir_all(path.parent().unwrap()).unwrap();
-            fs::write(path, path.to_string_lossy().as_bytes()).unwrap();
+            fs::write(&path, path.to_string_lossy().as_bytes()).unwrap();
         };
         let others = [
             "debug/.fingerprint/serde-01/lib-serde",
