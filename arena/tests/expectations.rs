@@ -17,7 +17,7 @@ function init() {
   if(id < 2) s.put(\"key\", id + 10)
   led(id)
 }
-function step() { steps = steps + 1 assert(nothing == nil) }
+function step() { steps = steps + 1 assert(nothing == nil) neighbors.count() }
 ";
 
 /// What is expected of five robots, ids 0 to 4, for ten seconds, and whether it holds.

@@ -27,6 +27,7 @@ mod kilobot_motion;
 mod links;
 mod loads;
 mod memory_files;
+mod numbers;
 mod observer;
 mod pictures;
 mod recording;

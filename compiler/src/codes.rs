@@ -139,6 +139,7 @@ codes! {
     UnknownNeighborField = "W0222", "a field that a neighbor's data lacks: it is nil";
     CallForgotten = "W0223", "a function where its result is meant";
     CreateInStep = "W0224", "a stigmergy created again in every step";
+    ManyStigmergies = "W0225", "a stigmergy whose entries take several frames";
     ImpossibleOperation = "W0301", "an operation that always fails";
     DivisionByZero = "W0302", "a division by zero";
     ShiftCount = "W0303", "a shift by an impossible count";

@@ -17,6 +17,7 @@ use crate::include::IncludeLoader;
 use crate::parser::{Parsed, parse};
 use crate::profile::NumberProfile;
 use crate::source::{SourceMap, Span};
+use crate::stigmergies::StigmergyNumbers;
 use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, LocalSymbol, Places, Symbols};
 
 /// The target and settings of a compilation.
@@ -75,6 +76,7 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
     let profile = options.effective_profile();
     let robots = KnownRobots { target: options.robot.as_ref(), known: &options.robots };
     let checked = check::check(&script, robots, profile, options.arithmetic(), hidden);
+    let stigmergies = StigmergyNumbers::find(&script);
     let syntax_errors: Vec<Span> = diagnostics
         .iter()
         .filter(|found| found.severity() == Severity::Error)
@@ -85,12 +87,14 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
         found.severity() == Severity::Warning
             && syntax_errors.iter().any(|error| found.span.contains(*error))
     };
-    diagnostics.extend(checked.diagnostics.into_iter().filter(|found| !is_consequence(found)));
+    let found = checked.diagnostics.into_iter().chain(stigmergies.warnings(options.arithmetic()));
+    diagnostics.extend(found.filter(|found| !is_consequence(found)));
     let mut image = None;
     let mut symbols = None;
     if !diagnostics.iter().any(|diagnostic| diagnostic.severity() == Severity::Error) {
-        let hash = script_hash(token_hash, profile);
-        let built = codegen::generate(checked.program, &checked.meanings, profile, &strings)
+        let hash = script_hash(token_hash, profile, &stigmergies);
+        let meanings = &checked.meanings;
+        let built = codegen::generate(checked.program, meanings, profile, &strings, &stigmergies)
             .and_then(|mut generated| {
                 generated.parts.script_hash = hash;
                 let written = write(&generated).map_err(|error| vec![*error])?;
@@ -114,9 +118,14 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
 }
 
 /// Returns the hash that identifies a script, its profile and the version of the messages. It
-/// continues the FNV-1a hash of the tokens with two bytes.
-pub fn script_hash(token_hash: u32, profile: NumberProfile) -> u32 {
-    fnv_1a_from(token_hash, &[u8::from(profile == NumberProfile::Full), message::VERSION])
+/// continues the FNV-1a hash of the tokens with two bytes, and with the stigmergy table if there is
+/// one, since compilers before the table gave those stigmergies other numbers in messages.
+pub fn script_hash(token_hash: u32, profile: NumberProfile, stigmergies: &StigmergyNumbers) -> u32 {
+    let parts = [u8::from(profile == NumberProfile::Full), message::VERSION];
+    let numbers = stigmergies.table().into_iter().flatten();
+    numbers.fold(fnv_1a_from(token_hash, &parts), |hash, number| {
+        fnv_1a_from(hash, &number.to_le_bytes())
+    })
 }
 
 fn write(generated: &Generated) -> Result<CompiledImage, Box<Diagnostic>> {

@@ -11,6 +11,7 @@ use bittybuzz_vm_core::hash::name_hash;
 use bittybuzz_vm_core::image::{
     ALL_CLASSES, CAPTURES, EntryPoint, Image, ImageHeader, PARAMETERS, USES_SELF,
 };
+use bittybuzz_vm_core::message::STIGMERGIES;
 use bittybuzz_vm_core::number::{Full, Profile as _, Tiny};
 use bittybuzz_vm_core::opcode::{self, DROP_RESULT, Decoded, Operand, Trailer};
 
@@ -90,6 +91,12 @@ impl View<'_> {
             }
         }
         writeln!(out, "globals      {}", header.globals())?;
+        if let Some(at) = header.stigmergies_at() {
+            for number in 0..STIGMERGIES {
+                let listed = self.word(at, number);
+                writeln!(out, "stigmergy {number:<2} {listed}")?;
+            }
+        }
         for number in 0..header.imports() {
             writeln!(out, "import {number:<5} {}", self.import_name(number))?;
         }

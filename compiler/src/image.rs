@@ -2,9 +2,11 @@
 
 use std::fmt;
 
+use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::image::{
     COUNT_MAX, FORM_CLASSES, FORM_FULL, FORM_LIBRARIES, FORM_ORDER, FORM_TEXT, MAGIC, VERSION,
 };
+use bittybuzz_vm_core::message::STIGMERGIES;
 
 use crate::asm::FunctionCode;
 use crate::source::Span;
@@ -32,7 +34,7 @@ pub struct LibraryRow {
 pub struct ImageContent {
     /// True if the number profile is `full`.
     pub full: bool,
-    /// Feature bits.
+    /// Feature bits, except the one for the stigmergy table.
     pub features: u8,
     /// The hash that identifies the source, the profile and the version of the messages.
     pub script_hash: u32,
@@ -40,6 +42,8 @@ pub struct ImageContent {
     pub entries: [u16; 4],
     /// Number of globals.
     pub globals: usize,
+    /// The stigmergy table: the number in the script of each stigmergy whose entries fit one frame.
+    pub stigmergies: Option<[u16; STIGMERGIES as usize]>,
     /// Name hashes of imported robot functions.
     pub imports: Vec<u16>,
     pub strings: StringTable,
@@ -119,7 +123,9 @@ impl ImageContent {
         form |= if self.text { FORM_TEXT } else { 0 };
         form |= if self.libraries.is_empty() { 0 } else { FORM_LIBRARIES };
         form |= if self.classes.is_empty() { 0 } else { FORM_CLASSES };
-        let mut bytes = vec![MAGIC, form, self.features];
+        let has_table = self.stigmergies.is_some();
+        let table = if has_table { Feature::StigmergyTable as u8 } else { 0 };
+        let mut bytes = vec![MAGIC, form, self.features | table];
         bytes.extend(self.script_hash.to_le_bytes());
         for entry in self.entries {
             count(&mut bytes, "entries", usize::from(entry))?;
@@ -128,6 +134,9 @@ impl ImageContent {
         count(&mut bytes, "functions", self.functions.len())?;
         count(&mut bytes, "robot functions", self.imports.len())?;
         count(&mut bytes, "strings", self.strings.script().len())?;
+        for number in self.stigmergies.iter().flatten() {
+            bytes.extend(number.to_le_bytes());
+        }
         for import in &self.imports {
             bytes.extend(import.to_le_bytes());
         }

@@ -27,6 +27,7 @@ pub mod refusal;
 pub mod render;
 pub mod source;
 mod steps;
+pub mod stigmergies;
 pub mod strings;
 pub mod symbols;
 pub mod token;

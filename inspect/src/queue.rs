@@ -44,7 +44,7 @@ pub enum QueuedMessage<V> {
     },
     /// An entry of a stigmergy, or a query for it.
     Entry {
-        /// The number of the stigmergy.
+        /// The number of the stigmergy in the script.
         stigmergy: u16,
         /// The id of the robot that wrote the value or that sends the query.
         owner: u16,
@@ -150,7 +150,7 @@ fn message<P: Profile, C: ByteCode, const SLOTS: usize>(
             QueuedMessage::Broadcast { robot, topic, value }
         }
         Ok(Message::Entry(entry)) => QueuedMessage::Entry {
-            stigmergy: entry.stigmergy,
+            stigmergy: reader.vm.other_stigmergy_number(entry.stigmergy),
             owner: entry.owner,
             clock: entry.clock,
             key: reader.value(entry.key),

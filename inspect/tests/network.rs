@@ -7,7 +7,7 @@ use bittybuzz_testkit::profiles::{Full, Tiny};
 use bittybuzz_testkit::{Program, Swarm, in_both_profiles};
 use bittybuzz_vm_core::Value;
 use bittybuzz_vm_core::inspect::KnownSwarm;
-use bittybuzz_vm_core::message::Message;
+use bittybuzz_vm_core::message::{Message, StigmergyEntry};
 use bittybuzz_vm_core::number::Profile;
 
 use ScriptValue::Int;
@@ -19,7 +19,7 @@ const SCRIPT: &str = "
         odd.select(id % 2)
         even = swarm.create(9)
         even.unselect(1)
-        v = stigmergy.create(2)
+        v = stigmergy.create(101)
         v.onconflict(function(key, local, remote) { return local })
         if(id == 1) v.put(\"answer\", 42)
         else v.put(5, id)
@@ -53,7 +53,7 @@ fn pair<P: Profile>() {
         let known = |number, is_member| KnownSwarm { number, is_member, is_unsent: false };
         assert_eq!(found.swarms, [known(7, number == 0), known(9, false)]);
         let [stigmergy] = &found.stigmergies[..] else { panic!("{:?}", found.stigmergies) };
-        assert_eq!(stigmergy.number, 2);
+        assert_eq!(stigmergy.number, 101);
         let entry = |key: &ScriptValue| {
             let found = stigmergy.entries.iter().find(|entry| entry.key == *key);
             found.unwrap_or_else(|| panic!("{key:?} is not in {stigmergy:?}"))
@@ -64,7 +64,7 @@ fn pair<P: Profile>() {
         assert!([answer, five].iter().all(|entry| entry.clock > 0 && !entry.is_unsent));
         assert!([answer, five].iter().all(|entry| entry.digest == Some(0)));
         let triggers: Vec<_> = found.handlers.iter().map(|handler| &handler.trigger).collect();
-        let expected = [HandlerTrigger::Message(text("topic")), HandlerTrigger::Conflict(2)];
+        let expected = [HandlerTrigger::Message(text("topic")), HandlerTrigger::Conflict(101)];
         assert_eq!(triggers, expected.iter().collect::<Vec<_>>());
         let last = found.globals.iter().find(|global| global.name == "last");
         assert_eq!(last.map(|global| global.value.clone()), Some(Int(other.into())));
@@ -93,14 +93,19 @@ fn messages_in_a_queue_are_decoded() {
         (0..).find(|number| program.symbols.string(*number) == Some("topic")).expect("is known");
     let broadcast = robot.frame(&Message::Broadcast { robot: 3, topic, value: Value::float(2.5) });
     let beacon = robot.frame(&Message::Beacon { robot: 4 });
+    // In messages the stigmergy has number 0.
+    let (key, value) = (Value::int(5), Value::int(6));
+    let entry = StigmergyEntry { stigmergy: 0, owner: 7, clock: 8, key, value };
+    let entry = robot.frame(&Message::Entry(entry));
     let mut foreign = beacon.clone();
     foreign[4] ^= 1;
-    let frames = [broadcast, beacon, foreign, vec![0xff; 5]];
+    let frames = [broadcast, beacon, entry, foreign, vec![0xff; 5]];
     let queue = InspectedQueue::of(&*robot.vm, Some(&program.symbols), 6, &frames);
     let value = ScriptValue::Float(2.5);
     let expected = [
         QueuedMessage::Broadcast { robot: 3, topic: text("topic"), value },
         QueuedMessage::Beacon { robot: 4 },
+        QueuedMessage::Entry { stigmergy: 101, owner: 7, clock: 8, key: Int(5), value: Int(6) },
         QueuedMessage::Foreign,
         QueuedMessage::Malformed,
     ];

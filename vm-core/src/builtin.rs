@@ -94,6 +94,9 @@ pub enum Feature {
     /// Every name accepts numbers in the class table. Every machine has this feature, and no
     /// built-in needs it.
     Numbers = 1 << 6,
+    /// The stigmergy table: stigmergies have other numbers in messages than in the script. Every
+    /// machine with stigmergies has this feature, and no built-in needs it.
+    StigmergyTable = 1 << 7,
 }
 
 /// The behavior of a built-in.

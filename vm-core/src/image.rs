@@ -3,8 +3,9 @@
 //! An [`Image`] is any bytes that claim to be an image. [`Vm::load`](crate::Vm::load) makes it a
 //! [`Verified`] one, and only that can be run.
 
-use crate::builtin;
+use crate::builtin::{self, Feature};
 use crate::bytecode::ByteCode;
+use crate::message::STIGMERGIES;
 use crate::number::Profile;
 use crate::opcode::Operand;
 use crate::value::{Tag, Value};
@@ -40,6 +41,8 @@ pub const CAPTURES: u8 = 1 << 6;
 pub const PARAMETERS: u8 = 0x1f;
 /// The greatest number of slots of a frame above its record.
 pub const DEPTH_MAX: u8 = 200;
+/// The number of bytes of the stigmergy table.
+const STIGMERGY_TABLE: u16 = 2 * STIGMERGIES;
 /// The number of bytes of a row of the library table.
 pub(crate) const LIBRARY_ROW: usize = 4;
 
@@ -303,6 +306,18 @@ impl ImageHeader {
         self.counts
     }
 
+    /// Returns true if stigmergies have other numbers in messages than in the script.
+    pub fn has_stigmergy_table(&self) -> bool {
+        self.features() & Feature::StigmergyTable as u8 != 0
+    }
+
+    /// Returns the offset of the stigmergy table, which ends at the start of the imports; `None` if
+    /// there is none.
+    pub fn stigmergies_at(&self) -> Option<u16> {
+        let at = self.imports_at().wrapping_sub(STIGMERGY_TABLE);
+        if self.has_stigmergy_table() { Some(at) } else { None }
+    }
+
     /// Returns the number of globals.
     pub fn globals(&self) -> u16 {
         self.count(Operand::Global as u8)
@@ -391,6 +406,9 @@ impl ImageHeader {
         let mut at = FIXED as u16;
         for place in self.counts.iter_mut().take(COUNTS) {
             (at, *place) = count(code, at);
+        }
+        if self.has_stigmergy_table() {
+            at = skip(at, STIGMERGY_TABLE);
         }
         // A count has 15 bits, so twice a count has 16.
         self.counts[IMPORTS_AT] = at;
@@ -483,6 +501,29 @@ impl<'a, C: ByteCode> Verified<'a, C> {
             }
         }
         self.function(number)
+    }
+
+    /// Returns the number of a stigmergy in messages from its number in the script, or the other
+    /// way round: a number in the stigmergy table changes places with its position there.
+    pub(crate) fn other_stigmergy_number(self, number: u16) -> u16 {
+        if !self.header.has_stigmergy_table() {
+            return number;
+        }
+        // The table ends at the start of the imports.
+        let mut at = usize::from(self.header.imports_at());
+        let mut place = STIGMERGIES as u8;
+        while place != 0 {
+            place -= 1;
+            at = at.wrapping_sub(2);
+            let listed = self.code.word(at);
+            if u16::from(place) == number {
+                return listed;
+            }
+            if listed == number {
+                return place.into();
+            }
+        }
+        number
     }
 
     /// Returns the built-in that a name of a library stands for.

@@ -66,7 +66,7 @@ pub(crate) const fn features_of<P: Profile>(parts: Parts) -> u8 {
         | when(parts.has(Part::Maths), Feature::Maths)
         | when(speaks, Feature::Neighbors)
         | when(parts.has(Part::Swarms), Feature::Swarm)
-        | when(parts.has(Part::Stigmergy), Feature::Stigmergy)
+        | if parts.has(Part::Stigmergy) { STIGMERGY } else { 0 }
         | when(parts.has(Part::LongMessages), Feature::LongMessages)
 }
 
@@ -74,12 +74,15 @@ const fn when(is_there: bool, feature: Feature) -> u8 {
     if is_there { feature as u8 } else { 0 }
 }
 
+/// The features for which a machine needs room for entries.
+const STIGMERGY: u8 = Feature::Stigmergy as u8 | Feature::StigmergyTable as u8;
+
 /// Returns those features for which a machine of these sizes has room.
 pub(crate) const fn within(features: u8, sizes: Sizes) -> u8 {
     features
         & !(when(sizes.neighbors == 0, Feature::Neighbors)
             | when(sizes.swarms == 0, Feature::Swarm)
-            | when(sizes.entries == 0, Feature::Stigmergy))
+            | if sizes.entries == 0 { STIGMERGY } else { 0 })
 }
 
 // The kinds of operands as numbers, as the table of effects has them. The conversion of a number to

@@ -84,7 +84,10 @@ fn checks_the_header() {
         change(&mut parts);
         load(&parts.build())
     };
-    assert_eq!(with(|p| p.features = 0x84), Err(ImageError::Features(0x84)));
+    assert_eq!(with(|p| p.features = 0x0c), Err(ImageError::Features(0x0c)));
+    // A machine without room for stigmergies refuses their table.
+    let table = |p: &mut ImageParts| (p.features, p.stigmergies) = (0x80, vec![5, 1, 2]);
+    assert_eq!(with(table), Err(ImageError::Features(0x80)));
     assert_eq!(with(|p| p.entries[1] = EntryPoint::Function(1)), Err(ImageError::Entry(1)));
     assert_eq!(with(|p| p.entries[3] = EntryPoint::Global(2)), Err(ImageError::Entry(3)));
     assert_eq!(with(|p| p.entries[3] = EntryPoint::Global(1)), Ok(()));

@@ -16,6 +16,7 @@ use std::ops::{BitOr, BitOrAssign};
 
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::image::ALL_CLASSES;
+use bittybuzz_vm_core::message::STIGMERGIES;
 use bittybuzz_vm_core::{builtin, class};
 
 use crate::check::names::{LibraryMember, Meaning, Meanings};
@@ -24,6 +25,7 @@ use crate::check::tree::{
     LocalKind, NameId, ResolvedScript,
 };
 use crate::profile::NumberProfile;
+use crate::stigmergies::StigmergyNumbers;
 
 /// A set of classes. The low 8 bits are those of the image's class table; bit 8 is `OBJECT`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -136,10 +138,12 @@ pub fn sent<'a>(
     program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
     profile: NumberProfile,
+    stigmergies: &StigmergyNumbers,
 ) -> SentClasses<'a> {
     let mut flow = Flow {
         program,
         meanings,
+        framed: stigmergies.framed(),
         any: match profile {
             NumberProfile::Tiny => Classes::ANY.without(Classes::TEXT),
             NumberProfile::Full => Classes::ANY,
@@ -203,6 +207,8 @@ struct Arg<'a> {
 struct Flow<'a> {
     program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
+    /// The numbers of the stigmergies whose entries fit one frame.
+    framed: [u16; STIGMERGIES as usize],
     /// All classes that exist in the profile.
     any: Classes,
     held: BTreeMap<ValueHolder<'a>, Classes>,

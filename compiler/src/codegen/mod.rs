@@ -47,6 +47,7 @@ use crate::image::{ENTRIES, ImageContent};
 use crate::limits;
 use crate::profile::NumberProfile;
 use crate::source::{FileId, Span};
+use crate::stigmergies::StigmergyNumbers;
 use crate::strings::StringTable;
 use generator::Generator;
 pub use locals::LocalRange;
@@ -88,6 +89,7 @@ pub fn generate(
     meanings: &Meanings<'_>,
     profile: NumberProfile,
     strings: &BTreeSet<String>,
+    stigmergies: &StigmergyNumbers,
 ) -> Result<Generated, Vec<Diagnostic>> {
     let mut names: BTreeSet<&str> = strings.iter().map(String::as_str).collect();
     // A library that is used as a value needs the names of all its members.
@@ -96,7 +98,7 @@ pub fn generate(
     }
     let holds_own_strings = own_strings::may_observe_builtin_strings(&program, meanings);
     let table = StringTable::new(names);
-    let sent = classes::sent(&program, meanings, profile);
+    let sent = classes::sent(&program, meanings, profile, stigmergies);
     let mut classes = sent.table(table.script());
     let sending = sent.features(&classes);
     fold::fold(&mut program, meanings, profile);
@@ -145,6 +147,7 @@ pub fn generate(
     } else {
         generator.features |= sending;
     }
+    let has_stigmergies = generator.features & Feature::Stigmergy as u8 != 0;
     let text = generator.features & Feature::Strings as u8 != 0;
     // The strings of the script are numbered in their sort order. The order table states how many
     // of the machine's own strings sort before each of them, so only a script that can get such
@@ -158,6 +161,7 @@ pub fn generate(
         script_hash: 0,
         entries,
         globals: globals.len(),
+        stigmergies: stigmergies.table().filter(|_| has_stigmergies),
         imports: generator.imports.iter().map(|name| name_hash(name)).collect(),
         order,
         text,

@@ -20,5 +20,6 @@ mod parts;
 mod random_scripts;
 mod robots;
 mod scripts;
+mod stigmergies;
 mod symbols;
 mod unknown_names;

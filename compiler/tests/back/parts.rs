@@ -83,7 +83,11 @@ fn long_messages_are_those_that_may_need_several_frames() {
         ("v = stigmergy.create(1) v.put(0.5, 1)".to_owned(), true),
         // Only three of them have frames of their own.
         ("v = stigmergy.create(2) v.put(\"a\", 1)".to_owned(), false),
-        ("v = stigmergy.create(3) v.put(\"a\", 1)".to_owned(), true),
+        ("v = stigmergy.create(3) v.put(\"a\", 1)".to_owned(), false),
+        (
+            "u = stigmergy.create(5) v = stigmergy.create(6) w = stigmergy.create(7) x = stigmergy.create(8)".to_owned(),
+            true,
+        ),
         ("v = stigmergy.create(id) v.put(\"a\", 1)".to_owned(), true),
     ] {
         assert_eq!(parts(&script).contains(&Part::LongMessages), expected, "{script}");

@@ -1,11 +1,11 @@
 //! What imported programs do.
 
 use bittybuzz_compiler::codes::DiagnosticCode;
-use bittybuzz_vm_core::FaultCode;
+use bittybuzz_vm_core::{FaultCode, Image};
 
 use crate::bo::assembler::assemble;
-use crate::bo::machine::{Ending, Run, import, run};
-use crate::bo::vectors;
+use crate::bo::machine::{Ending, Run, import, parse_script, run};
+use crate::bo::{reference, vectors};
 
 fn run_vector(vector: &vectors::Vector) -> Run {
     run(&import(vector.bytes).compiled)
@@ -284,4 +284,26 @@ fn missing_and_extra_arguments() {
 fn global_called_self_is_nil() {
     let run = run_assembly("!2 / 'self / 'r / nop / pushs 1 / pushs 0 / gload / gstore / done");
     assert_eq!(run.global("r"), "nil");
+}
+
+/// The numbers of stigmergies are found as in a script. Functions come before the global code.
+#[test]
+fn stigmergies_have_a_table() {
+    for (script, expected) in [
+        ("v = stigmergy.create(101)", Some([101, 1, 2])),
+        ("N = 101 v = stigmergy.create(N) s = stigmergy w = s.create(9)", Some([101, 9, 2])),
+        (
+            "w = stigmergy.create(9) function init() { var n = 7 v = stigmergy.create(n) }",
+            Some([7, 9, 2]),
+        ),
+        ("v = stigmergy.create(2) w = swarm.create(9)", None),
+    ] {
+        let imported = import(&reference::compile(&parse_script("a.bzz", script)));
+        let image = imported.compiled.image.as_ref().expect("no errors");
+        let header = Image::new(image.as_slice()).header().expect("an image");
+        let word = |at: usize| u16::from_le_bytes([image[at], image[at + 1]]);
+        let table =
+            header.stigmergies_at().map(|at| [0, 2, 4].map(|row| word(usize::from(at) + row)));
+        assert_eq!(table, expected, "{script}");
+    }
 }

@@ -60,6 +60,7 @@ pub fn image(choices: &mut Choices<'_>) -> Vec<u8> {
         script_hash,
         entries,
         globals: program.globals,
+        stigmergies: None,
         imports: IMPORTS.to_vec(),
         order: form & 2 != 0,
         text: form & 4 != 0,

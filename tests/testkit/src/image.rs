@@ -13,6 +13,8 @@ pub struct ImageParts {
     pub entries: [EntryPoint; 4],
     /// The number of globals.
     pub globals: u8,
+    /// The stigmergy table, three numbers or none.
+    pub stigmergies: Vec<u16>,
     /// Hashes of robot functions.
     pub imports: Vec<u16>,
     /// Constant strings.
@@ -33,6 +35,7 @@ impl ImageParts {
             features: 0,
             entries: [EntryPoint::None; 4],
             globals: 2,
+            stigmergies: vec![],
             imports: vec![],
             strings: vec![],
             libraries: vec![],
@@ -51,6 +54,7 @@ impl ImageParts {
             self.imports.len() as u8,
             self.strings.len() as u8,
         ]);
+        bytes.extend(self.stigmergies.iter().flat_map(|number| number.to_le_bytes()));
         bytes.extend(self.imports.iter().flat_map(|hash| hash.to_le_bytes()));
         if self.form & FORM_LIBRARIES != 0 {
             bytes.push(self.libraries.len() as u8);

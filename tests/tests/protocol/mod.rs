@@ -6,5 +6,6 @@ mod containment;
 mod endurance;
 mod frames;
 mod functions;
+mod numbers;
 mod rules;
 mod stigmergy;

@@ -38,8 +38,8 @@ pub const FRAGMENT_HEAD: usize = 4;
 pub const VERSION: u8 = 2;
 /// The greatest clock of a stigmergy entry. The clock after it is 1.
 pub const CLOCK_MAX: u32 = (1 << 22) - 1;
-/// Entries of stigmergies with a number below this one have a kind of frame of their own. Those of
-/// other stigmergies travel in fragments.
+/// Entries of stigmergies with a number below this one in messages have a kind of frame of their
+/// own. Those of other stigmergies travel in fragments.
 pub const STIGMERGIES: u16 = 3;
 
 /// The script of a robot, as far as messages need it.
@@ -90,7 +90,8 @@ pub enum Message<'a, P: Profile> {
 /// An entry of a stigmergy in a message.
 #[derive(Clone, Copy, Debug)]
 pub struct StigmergyEntry<P: Profile> {
-    /// Number of the stigmergy.
+    /// Number of the stigmergy in messages: the image may have a table of other numbers that the
+    /// script uses for them.
     pub stigmergy: u16,
     /// The robot that wrote the value; in a request, the robot that sends it.
     pub owner: u16,

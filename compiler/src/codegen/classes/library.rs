@@ -2,7 +2,6 @@
 //! results.
 
 use bittybuzz_vm_core::builtin::{self, BuiltinInfo, BuiltinKind, Library};
-use bittybuzz_vm_core::message::STIGMERGIES;
 
 use super::{Arg, Classes, Flow, Name, ValueHolder};
 use crate::check::names::LibraryMember;
@@ -111,7 +110,8 @@ impl<'a> Flow<'a> {
             }
             (builtin::STIGMERGY_CREATE, _) => {
                 let has_frames = args.first().is_some_and(|number| {
-                    matches!(number.expr.kind, CheckedExprKind::Int(number) if number < STIGMERGIES.into())
+                    matches!(number.expr.kind, CheckedExprKind::Int(number)
+                        if self.framed.iter().any(|framed| i64::from(*framed) == number))
                 });
                 self.is_long |= !has_frames;
                 Classes::OBJECT

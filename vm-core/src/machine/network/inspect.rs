@@ -138,7 +138,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the numbers of the stigmergies that the script has created, in the order of their
     /// creation.
     pub fn stigmergies(&self) -> impl Iterator<Item = u16> {
-        (0..self.protocol.stigmergies).map(|place| self.number_of_stigmergy(place))
+        (0..self.protocol.stigmergies).map(|place| self.shown_number(place))
     }
 
     /// Returns the entries of all stigmergies, deleted ones included, as they are stored.
@@ -147,7 +147,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         slots.filter(|at| self.entry_state(*at) != 0).map(|at| {
             let (entry, digest) = self.entry_message(at);
             StoredEntry {
-                stigmergy: entry.stigmergy,
+                stigmergy: self.other_stigmergy_number(entry.stigmergy),
                 key: entry.key,
                 value: entry.value,
                 owner: entry.owner,
@@ -166,7 +166,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let trigger = match key.tag() {
                 Tag::STRING | Tag::TEXT => Trigger::Message(key),
                 Tag::LIBRARY => {
-                    let stigmergy = self.number_of_stigmergy(object_number(key));
+                    let stigmergy = self.shown_number(object_number(key));
                     match key.index() as u8 {
                         ON_CONFLICT => Trigger::Conflict(stigmergy),
                         ON_CONFLICT_LOST => Trigger::LostConflict(stigmergy),
@@ -200,7 +200,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns the number that the script gave to the stigmergy that this value is.
     pub(in crate::machine) fn stigmergy_number(&self, stigmergy: Value<P>) -> u16 {
-        self.number_of_stigmergy(object_number(stigmergy))
+        self.shown_number(object_number(stigmergy))
+    }
+
+    /// Returns the number that the script gave to the stigmergy at that place.
+    fn shown_number(&self, place: u8) -> u16 {
+        self.other_stigmergy_number(self.number_of_stigmergy(place))
     }
 
     /// Returns the number of slots that neither the script's stack nor its heap uses. Garbage
@@ -221,8 +226,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     /// Returns the value that this robot knows of a stigmergy's key; nil if the entry was deleted.
+    /// The number is that of the script.
     pub fn replica(&self, stigmergy: u16, key: Value<P>) -> Option<Value<P>> {
-        let place = self.find_stigmergy(stigmergy);
+        let place = self.find_stigmergy(self.other_stigmergy_number(stigmergy));
         if place == self.protocol.stigmergies {
             return None;
         }

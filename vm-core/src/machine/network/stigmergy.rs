@@ -28,6 +28,11 @@
 //! entry of another robot is not kept, but relayed at a low rate, so that this robot does not
 //! separate the others.
 //!
+//! # Two numbers
+//! Messages of the first three stigmergies fit one frame. So that a script may choose any numbers,
+//! the image has a table of those that change places with 0, 1 and 2. All numbers here are those of
+//! the messages, except for the argument of `stigmergy.create` and for numbers that are shown.
+//!
 //! The module [`super::advertise`] decides when and how entries are sent.
 
 use core::cmp::Ordering;
@@ -87,7 +92,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.entry_slot(self.sizes().entries) + usize::from(place)
     }
 
-    /// Returns the number of the stigmergy at that place.
+    /// Returns the number in messages of the stigmergy at that place.
     pub(super) fn number_of_stigmergy(&self, place: u8) -> u16 {
         self.arena.index_at(self.stigmergy_slot(place)) as u16
     }
@@ -202,6 +207,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         (entry, stamp.digest)
     }
 
+    /// Returns the number of a stigmergy in messages from its number in the script, or the other
+    /// way round.
+    #[one_copy]
+    pub fn other_stigmergy_number(&self, number: u16) -> u16 {
+        self.program().map_or(number, |program| program.other_stigmergy_number(number))
+    }
+
     /// Returns the place of the stigmergy that this object stands for. Fails if it is no stigmergy.
     pub(super) fn need_stigmergy(&mut self, value: Value<P>) -> Result<u8, Stopped> {
         if value.is(Tag::LIBRARY) && value.index() as u8 == Library::StigmergyObject as u8 {
@@ -213,10 +225,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the number of a swarm or stigmergy.
     pub(in crate::machine) fn object_id(&self, value: Value<P>, member: u8) -> Value<P> {
         let place = object_number(value);
-        self.number_at(match member {
-            builtin::SWARM_OBJECT_ID => self.swarm_slot(place),
-            _ => self.stigmergy_slot(place),
-        })
+        let number = match member {
+            builtin::SWARM_OBJECT_ID => self.arena.index_at(self.swarm_slot(place)) as u16,
+            _ => self.other_stigmergy_number(self.number_of_stigmergy(place)),
+        };
+        Value::indexed(Tag::INT, number)
     }
 
     /// Returns the payload of a slot as an integer, whatever is in place of its tag.
@@ -224,8 +237,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Value::indexed(Tag::INT, self.arena.index_at(at) as u16)
     }
 
-    /// Returns the place of the stigmergy of that number, or the number of stigmergies if there is
-    /// none.
+    /// Returns the place of the stigmergy of that number in messages, or the number of stigmergies
+    /// if there is none.
     pub(super) fn find_stigmergy(&self, number: u16) -> u8 {
         let mut place = 0;
         while place < self.protocol.stigmergies && self.number_of_stigmergy(place) != number {
@@ -296,7 +309,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<Value<P>, Stopped> {
         if number == builtin::STIGMERGY_CREATE {
             let number = self.need_id(a)?;
-            let stigmergy = self.create_stigmergy(number)?;
+            let stigmergy = self.create_stigmergy(self.other_stigmergy_number(number))?;
             return Ok(object(Library::StigmergyObject, stigmergy));
         }
         let stigmergy = self.need_stigmergy(a)?;
@@ -359,8 +372,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(Value::nil())
     }
 
-    /// Returns the place of the stigmergy of that number, and empties its replica. Creates the
-    /// stigmergy if there is none.
+    /// Returns the place of the stigmergy of that number in messages, and empties its replica.
+    /// Creates the stigmergy if there is none.
     fn create_stigmergy(&mut self, number: u16) -> Result<u8, Stopped> {
         let stigmergy = self.find_stigmergy(number);
         if stigmergy == self.sizes().entries {
