@@ -1,9 +1,9 @@
 //! `neighbors`: broadcasts, the table of neighbors, and its functions.
 
-use super::{Swarm, Tiny, last};
+use super::{Full, Profile, Swarm, Tiny, last};
 use bittybuzz_testkit::{Program, SIZES, TestRobot};
 use bittybuzz_vm_core::message::Message;
-use bittybuzz_vm_core::{Sighting, Sizes, Value};
+use bittybuzz_vm_core::{FaultCode, Sighting, Sizes, Value};
 
 #[test]
 fn a_broadcast_reaches_the_listeners_of_all_others() {
@@ -44,6 +44,83 @@ fn topic_and_value_keep_their_types() {
          }",
         &["t string word 2", ""],
     );
+}
+
+/// Topics are equal if their texts are, however these were made: as a constant, or at run time with or without an equal
+/// constant.
+#[test]
+fn equal_topics_are_equal_however_they_were_made() {
+    let made = ["\"topic\"", "string.concat(\"to\", \"pic\")", "string.sub(\"a topic\", 2, 7)"];
+    // Without the first, no constant of the script is equal.
+    let only_made = ["string.concat(\"to\", \"pic\")", "string.concat(\"t\", \"opic\")"];
+    let long = ["string.concat(a, a)", "string.concat(string.concat(a, \"\"), a)"];
+    let pairs = |topics: &[&'static str]| {
+        let all = topics.iter().flat_map(|one| topics.iter().map(move |other| [*one, *other]));
+        all.collect::<Vec<[&str; 2]>>()
+    };
+    for [listened, sent] in [pairs(&made), pairs(&only_made), pairs(&long)].concat() {
+        let script = format!(
+            "a = \"a part of a topic that is longer than a cell\"
+             t = 0
+             function init() {{
+               neighbors.listen({listened}, function(topic, value, r) {{ log(value, topic == {sent}) }})
+             }}
+             function step() {{
+               t = t + 1
+               # The collector runs before anything arrives.
+               var waste = {{.x = {{}}}}
+               waste.x = {{}}
+               if(id == 2) neighbors.broadcast({sent}, t)
+               if(t == 4) neighbors.ignore({sent})
+             }}"
+        );
+        let mut swarm: Swarm<Full> = Swarm::new(2, &script);
+        swarm.steps(8);
+        assert_eq!(swarm.logs()[0], ["11", "21", "31"], "{listened} and {sent}");
+    }
+}
+
+/// Another text is another topic, and a number is no topic.
+#[test]
+fn unequal_topics_are_unequal() {
+    for [listened, sent] in [
+        ["\"topic\"", "string.concat(\"to\", \"pics\")"],
+        ["string.concat(\"to\", \"pics\")", "\"topic\""],
+        ["string.tostring(id)", "string.concat(\"0\", string.tostring(id))"],
+    ] {
+        let script = format!(
+            "function init() {{ neighbors.listen({listened}, function(topic, value, r) {{ log(value) }}) }}
+             function step() {{ neighbors.broadcast({sent}, 1) }}"
+        );
+        let mut swarm: Swarm<Full> = Swarm::new(2, &script);
+        swarm.steps(5);
+        assert_eq!(swarm.logs(), [[""; 0]; 2], "{listened} and {sent}");
+    }
+    fn run<P: Profile>() {
+        for topic in ["1", "1.5", "t", "nil"] {
+            for call in ["broadcast(x, 1)", "listen(x, step)", "ignore(x)"] {
+                let script = format!("t = {{}} x = {topic} function step() {{ neighbors.{call} }}");
+                let mut swarm: Swarm<P> = Swarm::new(1, &script);
+                swarm.try_step();
+                let code = swarm.robots[0].fault.map(|fault| fault.code);
+                assert_eq!(code, Some(FaultCode::WrongType), "{}: {script}", P::NAME);
+            }
+        }
+    }
+    run::<Tiny>();
+    run::<Full>();
+}
+
+/// The topic of a private message is the number of its receiver as a text.
+#[test]
+fn a_number_as_text_is_a_topic() {
+    let mut swarm: Swarm<Full> = Swarm::new(
+        4,
+        "function init() { neighbors.listen(string.tostring(id), function(t, v, r) { log(t, \" \", v, \" \", r) }) }
+         function step() { neighbors.broadcast(string.tostring(id + 1), 10 * id) }",
+    );
+    swarm.steps(2);
+    assert_eq!(swarm.last(), ["", "2 10 1", "3 20 2", "4 30 3"]);
 }
 
 #[test]
