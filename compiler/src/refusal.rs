@@ -61,6 +61,9 @@ pub fn help(cause: &ImageError) -> Option<String> {
         ImageError::Version(version) if *version > u16::from(VERSION) => {
             "use the `bbz` that built it, or build it again from its script with this one"
         }
+        ImageError::Features(missing) if *missing == Feature::StigmergyTable as u16 => {
+            "build the firmware of the robot again, which is older than this `bbz`"
+        }
         ImageError::Features(_) => "leave it out of the script",
         ImageError::RobotFunction(_) => {
             "build the script for this robot, or name its robot with --robot"
@@ -85,6 +88,7 @@ fn features(bits: u16) -> String {
         (Feature::Swarm, "`swarm`"),
         (Feature::Stigmergy, "`stigmergy`"),
         (Feature::LongMessages, "messages of several frames"),
+        (Feature::StigmergyTable, "a table of stigmergies"),
     ];
     let known = named.iter().fold(0, |bits, (feature, _)| bits | *feature as u16);
     let names = named.iter().filter(|(feature, _)| bits & *feature as u16 != 0);
@@ -93,4 +97,31 @@ fn features(bits: u16) -> String {
         names.push("parts that this version does not know");
     }
     names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn missing_features_are_named() {
+        let message = |bits| sentence(&ImageError::Features(bits));
+        assert_eq!(message(0x08), "needs `swarm`, which this virtual machine lacks");
+        assert_eq!(
+            message(0x90),
+            "needs `stigmergy`, a table of stigmergies, which this virtual machine lacks"
+        );
+        // A robot with newer firmware may report more bits.
+        assert_eq!(
+            message(0x101),
+            "needs the functions of `math`, parts that this version does not know, which this virtual machine lacks"
+        );
+    }
+
+    #[test]
+    fn a_machine_without_the_table_is_older() {
+        let help = |bits| help(&ImageError::Features(bits)).expect("there is advice");
+        assert!(help(0x80).contains("firmware"));
+        assert_eq!(help(0x90), "leave it out of the script");
+    }
 }
