@@ -26,8 +26,22 @@ const PROGRAMS: [&str; 2] = ["bbz", "bittybuzz-emulate-m0"];
 /// The folder of scripts and scenarios that the archive of the tools contains.
 const EXAMPLES: &str = "examples/";
 
-/// Files of the repository that are added to the archives.
-const TEXTS: [&str; 4] = ["README.md", "CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT"];
+/// The folder of the book, to which the README leads.
+const DOCS: &str = "docs/";
+
+/// Other files of the repository to which the README leads.
+const TEXTS: [&str; 10] = [
+    "ARCHITECTURE.md",
+    "CHANGELOG.md",
+    "CITATION.cff",
+    "CODE_OF_CONDUCT.md",
+    "COMPATIBILITY.md",
+    "CONTRIBUTING.md",
+    "LICENSE-APACHE",
+    "LICENSE-MIT",
+    "README.md",
+    "SECURITY.md",
+];
 
 /// A part of a release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -98,14 +112,7 @@ fn tools(folder: &Path) -> Result<()> {
         let program = program + EXE_SUFFIX;
         fs::copy(target()?.join(PROFILE).join(&program), folder.join(&program))?;
     }
-    for text in TEXTS {
-        fs::copy(root().join(text), folder.join(text))?;
-    }
-    for file in files()?.iter().filter(|file| file.starts_with(EXAMPLES)) {
-        let copy = folder.join(file);
-        fs::create_dir_all(copy.parent().context("an example is in a folder")?)?;
-        fs::copy(root().join(file), copy)?;
-    }
+    copy_files(folder, |file| is_text(file) || file.starts_with(EXAMPLES))?;
     let [man, completions] = ["man", "completions"].map(|name| folder.join(name));
     fs::create_dir_all(&man)?;
     fs::create_dir_all(&completions)?;
@@ -114,6 +121,21 @@ fn tools(folder: &Path) -> Result<()> {
     for shell in ["bash", "fish", "powershell", "zsh"] {
         let output = Invocation::named("bbz", &bbz, &["completions", shell]).output(0)?;
         fs::write(completions.join(format!("bbz.{shell}")), output.stdout)?;
+    }
+    Ok(())
+}
+
+/// Returns true for the README and all that it leads to.
+fn is_text(file: &str) -> bool {
+    TEXTS.contains(&file) || file.starts_with(DOCS)
+}
+
+/// Copies the chosen files of the repository to the same places in a folder.
+fn copy_files(folder: &Path, is_chosen: impl Fn(&str) -> bool) -> Result<()> {
+    for file in files()?.iter().filter(|file| is_chosen(file)) {
+        let copy = folder.join(file);
+        fs::create_dir_all(copy.parent().context("the file is in a folder")?)?;
+        fs::copy(root().join(file), copy)?;
     }
     Ok(())
 }
@@ -133,10 +155,7 @@ fn firmware(folder: &Path) -> Result<()> {
             fs::copy(&hex, folder.join(hex.file_name().context("an image without a name")?))?;
         }
     }
-    for text in TEXTS {
-        fs::copy(root().join(text), folder.join(text))?;
-    }
-    Ok(())
+    copy_files(folder, is_text)
 }
 
 fn copy_all(from: &Path, to: &Path) -> Result<()> {
@@ -157,4 +176,20 @@ fn checksum(file: &Path) -> Result<String> {
         write!(text, "{byte:02x}")?;
     }
     Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn archives_contain_each_file_to_which_the_readme_leads() {
+        let readme = fs::read_to_string(root().join("README.md")).unwrap();
+        let links = readme.split("](").skip(1).map(|rest| rest.split(')').next().unwrap());
+        let files: Vec<&str> = links.filter(|link| !link.contains("://")).collect();
+        assert!(files.contains(&"docs/start.md"));
+        for file in files {
+            assert!(is_text(file) && root().join(file).is_file(), "{file}");
+        }
+    }
 }
