@@ -270,7 +270,7 @@ robot: number,
  */
 topic: V, value: V, } | { "kind": "entry", 
 /**
- * The number of the stigmergy.
+ * The number of the stigmergy in the script.
  */
 stigmergy: number, 
 /**
