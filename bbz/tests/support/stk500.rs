@@ -4,9 +4,11 @@
 
 use std::fs::File;
 use std::io::{Read, Write};
+use std::os::fd::AsFd;
 use std::sync::{Arc, Mutex};
 use std::thread;
 
+use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::pty::{OpenptyResult, openpty};
 use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
@@ -62,6 +64,7 @@ impl Programmer {
     }
 }
 
+const SYNCHRONIZE: u8 = 0x30;
 const END: u8 = 0x20;
 const IN_SYNC: u8 = 0x14;
 const OK: u8 = 0x10;
@@ -78,7 +81,7 @@ fn serve(mut line: File, chip: &Mutex<Chip>) {
         let chip = || chip.lock().unwrap();
         let answer = match command[0] {
             // Commands: synchronize, begin, end.
-            0x30 | 0x50 | 0x51 => Some(vec![]),
+            SYNCHRONIZE | 0x50 | 0x51 => Some(vec![]),
             // Command: read a parameter of the programmer.
             0x41 => take(1).ok().map(|_| vec![2]),
             // Command: select the chip.
@@ -111,12 +114,22 @@ fn serve(mut line: File, chip: &Mutex<Chip>) {
             other => panic!("avrdude sends {other:#04x}"),
         };
         assert_eq!(take(1).unwrap(), [END], "after {:#04x}", command[0]);
+        // avrdude waits for 0.25 s before it asks again. On a busy computer this thread may find
+        // several requests; more than one answer would pass for that of the next command.
+        if command[0] == SYNCHRONIZE && has_input(&line) {
+            continue;
+        }
         let reply = match answer {
             Some(answer) => [&[IN_SYNC][..], &answer, &[OK]].concat(),
             None => vec![IN_SYNC, FAILED],
         };
         line.write_all(&reply).unwrap();
     }
+}
+
+fn has_input(line: &File) -> bool {
+    let mut ends = [PollFd::new(line.as_fd(), PollFlags::POLLIN)];
+    poll(&mut ends, PollTimeout::ZERO).unwrap() > 0
 }
 
 fn write(chip: &mut Chip, memory: u8, address: usize, bytes: &[u8]) -> Option<Vec<u8>> {
