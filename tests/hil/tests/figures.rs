@@ -1,6 +1,8 @@
 //! The figures that tests of this crate measure for docs/performance.md. `bench/hil.json` has them.
 //!
-//! The emulators are deterministic, so the same image gives the same figures.
+//! The emulators are deterministic, so the same image gives the same figures. The Kilobot's image is
+//! not always the same: the order of its functions depends on the folder of the sources, and
+//! squeeze shares other ends of functions then.
 
 use std::fs;
 use std::sync::Mutex;
@@ -10,6 +12,9 @@ use bittybuzz_builds::shell::root;
 use serde_json::Value;
 
 const FILE: &str = "bench/hil.json";
+
+/// Parts of a thousand by which a figure may differ. The Kilobot's differ by up to two in another folder.
+const TOLERANCE: u64 = 10;
 
 /// Held while the file is rewritten, because the tests are threads of one process.
 static WRITER: Mutex<()> = Mutex::new(());
@@ -31,8 +36,12 @@ pub fn check(robot: &str, group: &str, measured: &[(&str, u64)]) {
         return;
     }
     let recorded = read()[group][robot].take();
+    let is_close = |(name, figure): &(&str, u64)| {
+        let recorded = recorded[name].as_u64();
+        recorded.is_some_and(|recorded| 1000 * recorded.abs_diff(*figure) <= TOLERANCE * recorded)
+    };
     assert!(
-        recorded == figures,
+        measured.iter().all(is_close),
         "{robot}: {figures} instead of {recorded} in {FILE}; `cargo xtask bench slices --update` records them"
     );
 }
