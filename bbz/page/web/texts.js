@@ -81,7 +81,7 @@ export const texts = {
     swarm: (/** @type {boolean} */ isMember) => (isMember ? "a member" : "no member"),
     entry: (/** @type {number} */ owner, /** @type {number} */ clock) => `by robot ${owner}, clock ${clock}`,
     waiting: (/** @type {number} */ count, /** @type {number} */ capacity) => `${count} of ${capacity}`,
-    message: (/** @type {MessageDescription} */ one) => ("robot" in one ? `${one.kind} of ${one.robot}` : one.kind),
+    message: (/** @type {MessageDescription<unknown>} */ one) => ("robot" in one ? `${one.kind} of ${one.robot}` : one.kind),
     table: (/** @type {number} */ count) => (count === 1 ? "1 entry" : `${count} entries`),
     leftOut: (/** @type {number} */ count) => `… ${count} more`,
 
