@@ -7,8 +7,8 @@ use super::mutants::{Mutant, copy_with, in_copy};
 use crate::Verdict;
 use crate::sources;
 use anyhow::{Context, Result};
-use bittybuzz_builds::board::{KILOBOT, target_of};
-use bittybuzz_builds::copy::Copy;
+use bittybuzz_builds::board::KILOBOT;
+use bittybuzz_builds::copy::{BUILT, Copy};
 use bittybuzz_builds::shell::{Invocation, root, target};
 use fs_err as fs;
 use std::path::PathBuf;
@@ -59,7 +59,7 @@ fn assembly() -> Result<PathBuf> {
             && name.ends_with(".s")
             && !name.ends_with(".squeezed.s")
     };
-    let made = target_of(KILOBOT.folder).join("avr-none/release/deps");
+    let made = root().join(BUILT).join("avr-none/release/deps");
     let images = fs::read_dir(made)?.flatten().map(|entry| entry.path()).filter(is_image);
     // Builds of older compilers may be left there.
     let newest = images.max_by_key(|path| path.metadata().and_then(|file| file.modified()).ok());

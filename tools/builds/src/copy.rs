@@ -19,7 +19,7 @@ const SETTINGS: &str = "[profile.dev.package.bittybuzz-arena]\nopt-level = 0\n";
 
 /// The folder for what cargo compiles in all workspaces of the repository, as .cargo/config.toml
 /// says.
-const BUILT: &str = "target";
+pub const BUILT: &str = "target";
 
 /// A copy that is locked, so that one test or chore uses it at a time.
 pub struct Copy {
