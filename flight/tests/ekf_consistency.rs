@@ -218,7 +218,7 @@ fn assert_consistent(measure: impl Fn(&mut Ekf, &Truth, &mut Noise, &mut DVec3, 
     // 80 % of the samples of a correct filter are between these quantiles.
     let quantiles = [-1.2816, 1.2816].map(|z| chi_squared(degrees, z));
     let inside = samples.iter().filter(|sample| is_between(**sample, quantiles)).count();
-    // The binomial distribution of so many samples is nearly normal.
+    // The binomial distribution of 400 samples is nearly normal.
     let deviation = (flights * 0.8 * 0.2).sqrt();
     let counts = [-Z, Z].map(|z| 0.8 * flights + z * deviation);
     println!("mean NEES {mean:.3}, {inside} of {FLIGHTS} inside, {rejections} rejections");

@@ -13,15 +13,13 @@ use serde_json::Value;
 
 const FILE: &str = "bench/hil.json";
 
-/// Parts of a thousand by which a figure may differ. The Kilobot's differ by up to two in another folder.
-const TOLERANCE: u64 = 10;
-
 /// Held while the file is rewritten, because the tests are threads of one process.
 static WRITER: Mutex<()> = Mutex::new(());
 
 /// Compares figures of a robot with the recorded ones, or records them, as the variable [`FIGURES`] says.
-/// Without it, nothing happens: mutants of the firmware have other figures.
-pub fn check(robot: &str, group: &str, measured: &[(&str, u64)]) {
+/// Without it, nothing happens: mutants of the firmware have other figures. A figure may differ from the
+/// recorded one by `tolerance` parts of a thousand.
+pub fn check(robot: &str, group: &str, measured: &[(&str, u64)], tolerance: u64) {
     let Ok(wanted) = std::env::var(FIGURES) else { return };
     let path = root().join(FILE);
     let figure = |(name, figure): &(&str, u64)| ((*name).to_owned(), Value::from(*figure));
@@ -38,10 +36,11 @@ pub fn check(robot: &str, group: &str, measured: &[(&str, u64)]) {
     let recorded = read()[group][robot].take();
     let is_close = |(name, figure): &(&str, u64)| {
         let recorded = recorded[name].as_u64();
-        recorded.is_some_and(|recorded| 1000 * recorded.abs_diff(*figure) <= TOLERANCE * recorded)
+        recorded.is_some_and(|recorded| 1000 * recorded.abs_diff(*figure) <= tolerance * recorded)
     };
     assert!(
-        measured.iter().all(is_close),
+        recorded.as_object().is_some_and(|recorded| recorded.len() == measured.len())
+            && measured.iter().all(is_close),
         "{robot}: {figures} instead of {recorded} in {FILE}; `cargo xtask bench slices --update` records them"
     );
 }

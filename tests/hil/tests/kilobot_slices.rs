@@ -93,5 +93,6 @@ fn a_turn_is_a_slice_and_one_instruction() {
         assert!(longest > SLICE && longest <= SLICE + REST + instruction, "{name}: {longest}");
         (name, longest / 8)
     });
-    figures::check("kilobot", "slices_us", &slices);
+    // In another folder of the sources the image differs, and these figures by up to 2 in 1,000.
+    figures::check("kilobot", "slices_us", &slices, 10);
 }

@@ -103,7 +103,7 @@ fn slices_of_a_crazyflie_are_short() {
         swarm.run_ms(10_200);
         (name, longest_slice(name, &swarm.members()[0].trace_log))
     });
-    figures::check("crazyflie", "slices_us", &slices);
+    figures::check("crazyflie", "slices_us", &slices, 0);
 }
 
 #[test]
@@ -113,5 +113,5 @@ fn slices_of_a_zooid_are_short() {
         table.run_ms(10_200);
         (name, longest_slice(name, &table.zooids()[0].trace_log))
     });
-    figures::check("zooids", "slices_us", &slices);
+    figures::check("zooids", "slices_us", &slices, 0);
 }

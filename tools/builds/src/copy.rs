@@ -17,8 +17,7 @@ use std::path::{Path, PathBuf};
 /// build it.
 const SETTINGS: &str = "[profile.dev.package.bittybuzz-arena]\nopt-level = 0\n";
 
-/// The folder for what cargo compiles in all workspaces of the repository, as .cargo/config.toml
-/// says.
+/// The build folder of all workspaces of the repository, as set in .cargo/config.toml.
 pub const BUILT: &str = "target";
 
 /// A copy that is locked, so that one test or chore uses it at a time.
@@ -53,7 +52,7 @@ impl Copy {
         Ok(copy)
     }
 
-    /// Returns cargo's folder for what it compiles in the copy.
+    /// Returns the build folder of the copy.
     fn build_folder(&self) -> PathBuf {
         self.root.join(BUILT).join("build")
     }

@@ -1,8 +1,8 @@
 //! Gives the copy of the repository the crates of others that the repository has compiled already.
 //!
-//! They are most of what a first build in the copy would compile. The repository's own crates are
-//! left out: cargo tells a crate by its place in its workspace, so it would take one of the
-//! repository for the changed one at the same place in the copy.
+//! A first build in the copy would mostly compile these crates. The repository's own crates are left
+//! out: cargo identifies a crate by its place in its workspace, so it would use one of the repository
+//! instead of the changed one at the same place in the copy.
 
 use anyhow::Result;
 use fs_err as fs;
@@ -10,12 +10,11 @@ use std::collections::HashSet;
 use std::io;
 use std::path::Path;
 
-/// Cargo's folder of hashes by which it knows what is compiled. Its entries are named
-/// `PACKAGE-HASH`.
+/// Cargo's folder with a hash for each compiled package. Its entries are named `PACKAGE-HASH`.
 const FINGERPRINTS: &str = ".fingerprint";
 
-/// Copies what was compiled of crates that are not among `own` from one build folder of cargo into
-/// another one. Does nothing if there is no such folder yet.
+/// Copies the compiled crates that are not among `own` from one build folder of cargo into another
+/// one. Does nothing if there is no such folder yet.
 pub fn seed(from: &Path, to: &Path, own: &HashSet<String>) -> Result<()> {
     // A profile's folder lies in the build folder, or in that of the processor for which it is.
     for folder in folders(from)? {
@@ -42,7 +41,9 @@ fn seed_profile(from: &Path, to: &Path, own: &HashSet<String>) -> Result<()> {
             hashes.insert(hash.to_owned());
         }
     }
-    for part in [FINGERPRINTS, "build", "deps"] {
+    // The fingerprints come last: without its fingerprint, cargo compiles a package that an
+    // interrupted copy left incomplete.
+    for part in ["deps", "build", FINGERPRINTS] {
         for name in names(&from.join(part))? {
             let stem = name.split_once('.').map_or(name.as_str(), |(stem, _)| stem);
             if stem.rsplit_once('-').is_some_and(|(_, hash)| hashes.contains(hash)) {
@@ -53,7 +54,7 @@ fn seed_profile(from: &Path, to: &Path, own: &HashSet<String>) -> Result<()> {
     Ok(())
 }
 
-/// Copies a file or folder with its times, by which cargo tells that nothing has changed.
+/// Copies a file or folder with its times, because cargo compiles anew if they differ.
 fn copy(from: &Path, to: &Path) -> Result<()> {
     if from.is_dir() {
         for name in names(from)? {
