@@ -4,7 +4,7 @@ import base64
 import math
 
 from playwright.sync_api import expect
-from test_site import page, site  # noqa: F401
+from test_site import choose, page, painted, site  # noqa: F401
 
 # Counts the pixels in which two pictures differ.
 DIFFERENCE = """async (pictures) => {
@@ -19,8 +19,7 @@ DIFFERENCE = """async (pictures) => {
 
 
 def picture(page):  # noqa: F811
-    # Frames that were asked for before are shown.
-    page.evaluate("() => new Promise((shown) => requestAnimationFrame(() => requestAnimationFrame(shown)))")
+    painted(page)
     taken = page.locator("#canvas").screenshot(animations="disabled")
     return "data:image/png;base64," + base64.b64encode(taken).decode()
 
@@ -61,15 +60,14 @@ def arc(middle, radius, start, turn):
 
 
 def test_two_fingers_zoom_and_turn(page):  # noqa: F811
-    page.locator("#example").select_option("examples/swarm/particle_swarm.toml")
+    choose(page, "examples/swarm/particle_swarm.toml")
     expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
     fingers, middle = Fingers(page), (500, 400)
     line = page.locator("#bar").evaluate_handle("bar => bar")
     mm = lambda: int(page.locator("#bar-text").inner_text().split()[0]) / line.bounding_box()["width"]  # noqa: E731
-    # The bar is painted in a frame after the clock.
-    expect(page.locator("#bar-text")).not_to_be_empty()
     before = mm()
     fingers.drag([[(500 - 50 - 5 * part, 400) for part in range(11)], [(500 + 50 + 5 * part, 400) for part in range(11)]])
+    painted(page)
     assert math.isclose(before / mm(), 2, rel_tol=0.05), "twice as far apart, twice as large"
     # From above, the world is not turned.
     above = picture(page)
@@ -95,7 +93,7 @@ def picture_with_focus(page):  # noqa: F811
 
 
 def test_trails_follow_the_camera(page):  # noqa: F811
-    page.locator("#example").select_option("examples/swarm/flocking.toml")
+    choose(page, "examples/swarm/flocking.toml")
     expect(page.locator("#clock")).to_contain_text("0.0 s")
     page.check("#trails")
     play_until(page, 4)

@@ -43,6 +43,18 @@ def page(browser, site):
     assert hosts == {site.split("/")[2]}, "no request to any other host"
 
 
+def choose(page, path):
+    """Opens an example and waits until the page shows it: its clock may read as that of the example before."""
+    page.locator("#example").select_option(path)
+    expect(page.locator("#script-name option").last).to_have_text(os.path.basename(path))
+    painted(page)
+
+
+def painted(page):
+    """Waits for a frame that the page paints after this call."""
+    page.evaluate("() => new Promise((shown) => requestAnimationFrame(() => requestAnimationFrame(shown)))")
+
+
 def digest_of(scenario):
     arguments = [os.environ["BBZ"], "sim", scenario, "--json"]
     return json.loads(subprocess.run(arguments, capture_output=True, check=False, timeout=SECONDS_MAX).stdout)["digest"]
@@ -71,7 +83,7 @@ def test_an_example_plays_and_returns_to_its_start(page):
 
 
 def test_another_example_is_chosen_by_its_address(page):
-    page.locator("#example").select_option("examples/patrol.toml")
+    choose(page, "examples/patrol.toml")
     expect(page.locator("#clock")).to_have_text("0.0 s of 30.0 s")
     assert page.url.endswith("#examples/patrol.toml")
     page.reload()
@@ -84,7 +96,7 @@ def test_every_example_opens(page):
     for path in [option.get_attribute("value") for option in options.all()]:
         with open(path, "rb") as file:
             duration = tomllib.load(file)["world"]["duration"]
-        page.locator("#example").select_option(path)
+        choose(page, path)
         expect(page.locator("#clock")).to_have_text(f"0.0 s of {duration:.1f} s")
         page.locator("#step").click()
         expect(page.locator("#clock")).to_have_text(f"0.1 s of {duration:.1f} s")
@@ -188,7 +200,7 @@ def test_the_page_is_exported_as_one_file(page, browser, tmp_path):
 
 
 def test_an_assignment_is_shared_by_its_address(page, browser):
-    page.locator("#example").select_option("examples/lessons/hops.toml")
+    choose(page, "examples/lessons/hops.toml")
     expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
     page.click("#tab-tests")
     expect(page.locator("#assignment h2")).to_have_text("Count the hops")
@@ -214,7 +226,7 @@ def test_an_assignment_is_shared_by_its_address(page, browser):
 
 
 def test_flying_robots_are_shown_in_3d(page):
-    page.locator("#example").select_option("examples/swarm/particle_swarm.toml")
+    choose(page, "examples/swarm/particle_swarm.toml")
     expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
     tilt, canvas, name = page.locator("#tilt"), page.locator("#canvas"), page.locator("#name")
     expect(tilt).to_be_hidden()
@@ -223,19 +235,23 @@ def test_flying_robots_are_shown_in_3d(page):
     # They rise for some seconds.
     expect(page.locator("#clock")).to_contain_text("6.")
     page.click("#play")
+    expect(page.locator("#play")).to_have_text("Play")
     page.check("#tilted")
     for _ in range(4):
         canvas.press("n")
     expect(page.locator("#robot h2")).to_have_text("Robot 3")
-    where = name.bounding_box()
+    painted(page)
+    before = name.bounding_box()
     canvas.press("Control+ArrowRight")
-    page.wait_for_function("left => document.getElementById('name').getBoundingClientRect().left !== left", arg=where["x"])
-    where = name.bounding_box()
+    painted(page)
+    turned = name.bounding_box()
+    assert turned["x"] != before["x"]
     page.mouse.move(400, 600)
     page.mouse.down(button="right")
     page.mouse.move(400, 570)
     page.mouse.up(button="right")
-    page.wait_for_function("top => document.getElementById('name').getBoundingClientRect().top !== top", arg=where["y"])
+    painted(page)
+    assert name.bounding_box()["y"] != turned["y"]
     # The name is next to the body.
     pixels = page.locator("#bar").bounding_box()["width"] / int(page.locator("#bar-text").inner_text().split()[0])
     where = page.evaluate("() => { const { left, top } = document.getElementById('name').style; return [left, top].map(parseFloat); }")

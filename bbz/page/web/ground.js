@@ -39,7 +39,7 @@ export class Ground {
         this.digest = element("output", { id: "digest" });
         const digest = element("section", {}, element("h3", {}, texts.digest),
             element("p", {},
-                element("button", { type: "button", id: "ask-digest", title: texts.digestHelp, onclick: () => this.ask("digest") }, texts.compute),
+                element("button", { type: "button", id: "ask-digest", title: texts.digestHelp, onclick: () => this.askDigest() }, texts.compute),
                 " ", this.digest));
         const losses = element("section", {}, element("h3", {}, texts.losses), ...world.media.map((medium) => this.loss(medium)));
         part("ground").replaceChildren(element("dl", {}, ...facts), losses, this.partition(), this.lamps, this.commands, digest);
@@ -119,6 +119,12 @@ export class Ground {
         /** @type {(light: LightDescription) => string} */
         const text = ({ at: [x, y], brightness: bright }) => `{ at = [${x.toFixed(1)}, ${y.toFixed(1)}], brightness = ${bright} }`;
         this.command(`light = [${lights.map(text).join(", ")}]`);
+    }
+
+    // The digest of an earlier tick goes, so that the answer is seen to come.
+    askDigest() {
+        this.digest.textContent = "";
+        this.ask("digest");
     }
 
     /** @param {DigestEvent} event */
