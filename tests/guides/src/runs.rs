@@ -54,6 +54,25 @@ impl Runs {
         self.0.get(page).filter(|run| run.files == files)
     }
 
+    /// Returns the pages with a file that has changed since their recorded run.
+    pub fn due(&self) -> Result<Vec<&str>> {
+        self.due_if(|page| {
+            let text = fs_err::read_to_string(root().join(page))?;
+            hash(&Guide::read(page, &text)?, &text)
+        })
+    }
+
+    /// Returns the pages for which `hash` is not the recorded one.
+    fn due_if(&self, hash: impl Fn(&str) -> Result<String>) -> Result<Vec<&str>> {
+        let mut due = Vec::new();
+        for page in self.pages() {
+            if self.with_hash(page, &hash(page)?).is_none() {
+                due.push(page);
+            }
+        }
+        Ok(due)
+    }
+
     /// Records a run, and writes the file of the repository.
     pub fn record(&mut self, page: &str, run: Run) -> Result<()> {
         self.0.insert(page.to_owned(), run);
@@ -173,6 +192,23 @@ mod tests {
         assert_eq!(read.with_hash("docs/guide.md", "00ff"), Some(&run));
         assert_eq!(read.with_hash("docs/guide.md", "00fe"), None);
         assert_eq!(read.with_hash("docs/other.md", "00ff"), None);
+    }
+
+    #[test]
+    fn a_guide_is_due_if_its_files_have_changed() {
+        let mut runs = Runs::default();
+        for (page, files) in [("docs/a.md", "0a"), ("docs/b.md", "0b")] {
+            let run = Run { date: "2026-11-25".to_owned(), files: files.to_owned() };
+            runs.0.insert(page.to_owned(), run);
+        }
+        let with = |a: &str, b: &str| {
+            let hash = |page: &str| Ok(if page == "docs/a.md" { a } else { b }.to_owned());
+            runs.due_if(hash).unwrap()
+        };
+        assert!(with("0a", "0b").is_empty());
+        assert_eq!(with("0a", "0c"), ["docs/b.md"]);
+        assert_eq!(with("0b", "0a"), ["docs/a.md", "docs/b.md"]);
+        assert!(runs.due_if(|page| anyhow::bail!("no {page}")).is_err());
     }
 
     #[test]

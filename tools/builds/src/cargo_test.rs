@@ -22,10 +22,11 @@ pub fn cargo_test(arguments: &[&str]) -> Invocation {
 }
 
 /// Returns the tests of the guides. `wanted` is `changed` for those whose files have changed since
-/// their recorded run, or the date under which their runs are recorded.
+/// their recorded run, or the date under which their runs are recorded. The packages are selected
+/// together with those that share a build, so that the program uses the crates of that build.
 pub fn guides(wanted: &str, chosen: &[&str]) -> Invocation {
-    cargo_test(&[&["--package", GUIDES, "--test", "guides", "--"], chosen].concat())
-        .env("BITTYBUZZ_GUIDES", wanted)
+    let arguments = [&all_but(&[BOOK, PROBE_RS])[..], &["--test", "guides", "--"], chosen];
+    cargo_test(&arguments.concat()).env("BITTYBUZZ_GUIDES", wanted)
 }
 
 /// Packages that are tested with optimization, as they are used.
@@ -47,8 +48,13 @@ pub const PROBE_RS: &str = "bittybuzz-probe-rs-test";
 
 /// Returns the options that select all packages that share a build of their tests.
 pub fn shared_packages() -> Vec<&'static str> {
-    let others = [BOOK, GUIDES, PROBE_RS].map(|package| ["--exclude", package]);
-    [&all_but_emulators()[..], others.as_flattened()].concat()
+    all_but(&[BOOK, GUIDES, PROBE_RS])
+}
+
+/// Returns the options that select all packages but these and [`EMULATORS`].
+fn all_but(others: &[&'static str]) -> Vec<&'static str> {
+    let others = others.iter().flat_map(|package| ["--exclude", package]);
+    all_but_emulators().into_iter().chain(others).collect()
 }
 
 /// Returns the options that select [`EMULATORS`].
