@@ -30,10 +30,14 @@ pub fn root() -> &'static Path {
 /// The `bbz` that belongs to this build, built on the first call.
 ///
 /// Cargo passes tests only the binaries of their own package, so this builds the other one: same
-/// target folder, same profile.
+/// target folder, same profile. `BITTYBUZZ_BBZ` names one that is built already: a build of `bbz`
+/// alone compiles the shared crates once more, with fewer features.
 pub fn path() -> &'static Path {
     static PATH: OnceLock<PathBuf> = OnceLock::new();
     PATH.get_or_init(|| {
+        if let Some(path) = std::env::var_os("BITTYBUZZ_BBZ") {
+            return PathBuf::from(path);
+        }
         let test = std::env::current_exe().expect("the running test has a path");
         // TARGET/PROFILE/deps/TEST
         let folder = test.ancestors().nth(2).expect("cargo runs tests from its target folder");

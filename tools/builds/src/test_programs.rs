@@ -19,7 +19,14 @@ const PROGRAMS: usize = 2;
 
 /// The packages whose programs run longest, the longest first. They start first, so that none of
 /// them is the only one at the end.
-const SLOWEST: [&str; 4] = ["bittybuzz-hil", "bbz", "bittybuzz-arena", "bittybuzz-tests"];
+const SLOWEST: [&str; 5] =
+    ["bittybuzz-hil", "bittybuzz-tests", "bittybuzz-model", "bbz", "bittybuzz-arena"];
+
+/// A program with a test that takes half of the program's time (100 s). A program starts its tests in
+/// the order of their names, in which this one comes late and would run alone at the end. So it runs
+/// first, apart from the others.
+const SPLIT: &str = "cargo test --package bittybuzz-hil --test hil";
+const SLOWEST_TEST: &str = "script::a_step_without_end_is_reported_and_stops_the_motors_on_qemu";
 
 /// A compiled test program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,6 +37,16 @@ struct TestProgram {
     executable: PathBuf,
     /// The folder of the package, in which its tests run.
     folder: PathBuf,
+    /// Arguments that select some of its tests.
+    selection: &'static [&'static str],
+}
+
+impl TestProgram {
+    /// Returns the same program, of which these arguments select some tests.
+    fn with(&self, selection: &'static [&'static str]) -> TestProgram {
+        let command = format!("{} -- {}", self.command, selection.join(" "));
+        TestProgram { command, selection, ..self.clone() }
+    }
 }
 
 /// The tests of one or more programs.
@@ -56,23 +73,22 @@ struct Run {
 /// `packages` are the options of cargo that select packages, `chosen` the arguments for each test
 /// program, and `variables` the environment of the tests.
 pub fn run(packages: &[&str], chosen: &[&str], variables: &[(&str, &str)]) -> Result<()> {
-    let with_variables =
-        |line: Invocation| variables.iter().fold(line, |line, (name, value)| line.env(name, value));
     let build = ["--no-run", "--message-format", "json-render-diagnostics"];
     let messages = cargo_test(&[packages, &build].concat()).shown_errors()?;
-    let (mut programs, has_documented_library) = read_messages(&messages)?;
+    let Built { programs, bbz, has_documented_library } = read_messages(&messages)?;
+    let bbz = bbz.as_ref().map(|path| ("BITTYBUZZ_BBZ", path.as_str()));
+    let variables: Vec<(&str, &str)> = variables.iter().copied().chain(bbz).collect();
+    let with_variables =
+        |line: Invocation| variables.iter().fold(line, |line, (name, value)| line.env(name, value));
     let count = programs.len();
-    // The last one starts first.
-    programs.sort_by_key(|program| {
-        Reverse(SLOWEST.iter().position(|slow| *slow == program.package).unwrap_or(SLOWEST.len()))
-    });
-    let run = Mutex::new(Run { waiting: programs, ..Run::default() });
+    let run = Mutex::new(Run { waiting: in_order(programs), ..Run::default() });
     let run_waiting = || -> Result<()> {
         loop {
             let next = lock(&run).waiting.pop();
             let Some(program) = next else { return Ok(()) };
             let start = Instant::now();
-            let line = Invocation::named(&program.command, &program.executable, chosen)
+            let arguments = [chosen, program.selection].concat();
+            let line = Invocation::named(&program.command, &program.executable, &arguments)
                 .in_folder(&program.folder);
             let output = with_variables(line).unannounced().output_if(|_| true)?;
             let text = String::from_utf8_lossy(&output.stdout);
@@ -102,25 +118,52 @@ pub fn run(packages: &[&str], chosen: &[&str], variables: &[(&str, &str)]) -> Re
     Ok(())
 }
 
+/// Returns the programs in the order in which they wait: the last one starts first.
+fn in_order(mut programs: Vec<TestProgram>) -> Vec<TestProgram> {
+    programs.sort_by_key(|program| {
+        Reverse(SLOWEST.iter().position(|slow| *slow == program.package).unwrap_or(SLOWEST.len()))
+    });
+    if let Some(at) = programs.iter().position(|program| program.command == SPLIT) {
+        let program = programs.remove(at);
+        programs.push(program.with(&["--skip", SLOWEST_TEST]));
+        programs.push(program.with(&[SLOWEST_TEST]));
+    }
+    programs
+}
+
 fn lock(run: &Mutex<Run>) -> MutexGuard<'_, Run> {
     run.lock().expect("no thread panics while it holds the lock")
 }
 
-/// Returns the test programs among cargo's messages about what it compiled, and true if there is a
-/// library whose documentation may have examples.
-fn read_messages(messages: &str) -> Result<(Vec<TestProgram>, bool)> {
-    let mut programs = Vec::new();
-    let mut has_documented_library = false;
+/// The outputs of cargo's build of tests.
+#[derive(Debug, Default)]
+struct Built {
+    programs: Vec<TestProgram>,
+    /// The path of the program `bbz`, which tests of other packages run, too.
+    bbz: Option<String>,
+    /// True if there is a library whose documentation may have examples.
+    has_documented_library: bool,
+}
+
+/// Reads cargo's messages about what it compiled.
+fn read_messages(messages: &str) -> Result<Built> {
+    let mut built = Built::default();
     for line in messages.lines() {
         let message: Value =
             serde_json::from_str(line).with_context(|| format!("cargo printed `{line}`"))?;
-        if message["reason"] != "compiler-artifact" || message["profile"]["test"] != true {
+        if message["reason"] != "compiler-artifact" {
             continue;
         }
         let text = |value: &Value| value.as_str().map(str::to_owned);
         let target = &message["target"];
         let kind = text(&target["kind"][0]).context("a target has a kind")?;
-        has_documented_library |= target["doctest"] == true;
+        if message["profile"]["test"] != true {
+            if kind == "bin" && target["name"] == "bbz" {
+                built.bbz = text(&message["executable"]);
+            }
+            continue;
+        }
+        built.has_documented_library |= target["doctest"] == true;
         // Cargo lists the program of an example without tests, too, but does not run it.
         let (Some(executable), true) = (text(&message["executable"]), target["test"] == true)
         else {
@@ -134,14 +177,15 @@ fn read_messages(messages: &str) -> Result<(Vec<TestProgram>, bool)> {
             "test" | "bin" | "example" | "bench" => format!("--{kind} {name}"),
             _ => "--lib".to_owned(),
         };
-        programs.push(TestProgram {
+        built.programs.push(TestProgram {
             command: format!("cargo test --package {package} {selection}"),
             package,
             executable: executable.into(),
             folder,
+            selection: &[],
         });
     }
-    Ok((programs, has_documented_library))
+    Ok(built)
 }
 
 /// Returns the name in a package id such as `path+file:///folder/lib#bittybuzz-lib@0.1.0`. The
@@ -195,8 +239,11 @@ mod tests {
 {"reason":"compiler-artifact","package_id":"path+file:///r/lib#bittybuzz-lib@0.1.0","manifest_path":"/r/lib/Cargo.toml","target":{"kind":["lib"],"name":"bittybuzz_lib","doctest":true,"test":true},"profile":{"test":false},"executable":null}
 {"reason":"compiler-artifact","package_id":"path+file:///r/lib#bittybuzz-lib@0.1.0","manifest_path":"/r/lib/Cargo.toml","target":{"kind":["lib"],"name":"bittybuzz_lib","doctest":true,"test":true},"profile":{"test":true},"executable":"/t/lib-1"}
 {"reason":"compiler-artifact","package_id":"path+file:///r/bbz#0.1.0","manifest_path":"/r/bbz/Cargo.toml","target":{"kind":["test"],"name":"bbz","doctest":false,"test":true},"profile":{"test":true},"executable":"/t/bbz-2"}
+{"reason":"compiler-artifact","package_id":"path+file:///r/bbz#0.1.0","manifest_path":"/r/bbz/Cargo.toml","target":{"kind":["bin"],"name":"bbz","doctest":false,"test":true},"profile":{"test":false},"executable":"/t/bbz"}
 {"reason":"build-finished","success":true}"##;
-        let (programs, has_documented_library) = read_messages(messages.trim()).unwrap();
+        let Built { programs, bbz, has_documented_library } =
+            read_messages(messages.trim()).unwrap();
+        assert_eq!(bbz.as_deref(), Some("/t/bbz"));
         let found: Vec<_> = programs
             .iter()
             .map(|program| (program.command.as_str(), program.folder.to_str().unwrap()))
@@ -210,6 +257,25 @@ mod tests {
         );
         assert!(has_documented_library);
         assert!(read_messages("warning: no message").is_err());
+    }
+
+    #[test]
+    fn the_slowest_start_first() {
+        let program = |package: &str, command: &str| TestProgram {
+            command: command.to_owned(),
+            package: package.to_owned(),
+            executable: PathBuf::new(),
+            folder: PathBuf::new(),
+            selection: &[],
+        };
+        let programs = [("other", "o"), ("bittybuzz-hil", SPLIT), ("bbz", "b"), ("bbz", "c")];
+        let programs = programs.map(|(package, command)| program(package, command));
+        let order = in_order(programs.to_vec());
+        let selections: Vec<_> = order.iter().rev().map(|program| program.selection).collect();
+        assert_eq!(selections[..2], [&[SLOWEST_TEST][..], &["--skip", SLOWEST_TEST]]);
+        let commands: Vec<_> = order.iter().map(|program| program.command.as_str()).collect();
+        assert_eq!(commands[..3], ["o", "b", "c"]);
+        assert_eq!(commands[4], format!("{SPLIT} -- {SLOWEST_TEST}"));
     }
 
     #[test]
