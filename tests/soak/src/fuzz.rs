@@ -21,6 +21,17 @@ const RUNS: [&str; 2] = ["social", "time"];
 const CHUNK: &str = "-max_total_time=300";
 /// Executions of each target in CI, and the seed that decides them.
 const SAMPLE: [&str; 2] = ["-runs=10000", "-seed=1"];
+/// Settings of cargo for the programs of the sample, whose executions take less time than a full
+/// optimization. Checks of overflow and debug assertions stay on. The engine, which is C++, and
+/// macros keep the settings with which the lints have compiled them.
+const SAMPLE_PROFILE: [&str; 6] = [
+    "profile.release.opt-level=1",
+    "profile.release.debug=false",
+    "profile.release.strip=\"none\"",
+    "profile.release.build-override.debug=1",
+    "profile.release.package.libfuzzer-sys.opt-level=3",
+    "profile.release.package.libfuzzer-sys.debug=1",
+];
 /// libFuzzer's weights of inputs take half of the time of targets that are as fast as these.
 const SCHEDULE: &str = "-entropic=0";
 /// The folder of the crate with the targets, and of the inputs from which they start.
@@ -135,7 +146,8 @@ pub fn run(name: &str) -> Result<Verdict> {
 /// Builds every target, and runs a sample of each from the committed inputs, for CI. Two targets run
 /// at a time: the number of executions and the seed are fixed, so that neither changes the other.
 pub fn sample() -> Result<()> {
-    let programs = build(&["--bins"])?;
+    let settings = SAMPLE_PROFILE.map(|setting| ["--config", setting]);
+    let programs = build(&[&["--bins"][..], settings.as_flattened()].concat())?;
     let folder = target()?.join("soak/fuzz");
     let results = in_pairs(
         TARGETS.iter(),
@@ -181,11 +193,11 @@ fn cargo(arguments: &[&str], target: &Path) -> Invocation {
     Invocation::cargo(arguments).env("CARGO_TARGET_DIR", &target).in_workspace(FOLDER)
 }
 
-/// Builds targets and returns the folder of their programs. The configuration of their workspace has
+/// Builds targets with these options of cargo, and returns the folder of their programs. The configuration of their workspace has
 /// the options of the instrumentation.
-fn build(targets: &[&str]) -> Result<PathBuf> {
+fn build(options: &[&str]) -> Result<PathBuf> {
     let folder = target_folder()?;
-    cargo(&[&["build", "--release"], targets].concat(), &folder).run()?;
+    cargo(&[&["build", "--release"], options].concat(), &folder).run()?;
     let output = Invocation::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
     let host = String::from_utf8_lossy(&output.stdout).trim().to_owned();
     Ok(folder.join(host).join("release"))
