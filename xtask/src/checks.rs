@@ -11,7 +11,8 @@ use bittybuzz_builds::cargo_test::{
     guides, shared_packages,
 };
 use bittybuzz_builds::probe::PROBES;
-use bittybuzz_builds::shell::{Invocation, cargo, keep_lock_files, target};
+use bittybuzz_builds::shell::{Invocation, at_once, cargo, keep_lock_files, target};
+use bittybuzz_builds::test_programs::Variables;
 use bittybuzz_builds::{chip, on_chip, setup, test_programs};
 use bittybuzz_guides::Runs;
 use bittybuzz_soak as soak;
@@ -32,36 +33,23 @@ pub fn test() -> Result<()> {
     println!(
         "The tests follow: {MINUTES} minutes on two cores the first time, with all that is built."
     );
-    let images = Images::build()?;
-    let seeds = ("BITTYBUZZ_SEEDS", SEEDS);
-    let variables = [&images.variables()[..], &[seeds, (FIGURES, CHECK)]].concat();
-    test_programs::run(&shared_packages(), &SKIP_SLOW, &variables)
+    let others = [("BITTYBUZZ_SEEDS", SEEDS), (FIGURES, CHECK)];
+    test_programs::run(&shared_packages(), &SKIP_SLOW, || build_images(&others))
 }
 
-/// The robots' images, built from the current sources, and the variables that pass them to the
-/// tests.
-struct Images([(&'static str, String); 5]);
-
-impl Images {
-    fn build() -> Result<Images> {
-        let text = |path: PathBuf| path.display().to_string();
-        Ok(Images([
-            ("BITTYBUZZ_CRAZYFLIE", text(CRAZYFLIE.build(None, false)?)),
-            ("BITTYBUZZ_CRAZYFLIE_TINY", text(CRAZYFLIE.build_tiny(None)?)),
-            ("BITTYBUZZ_ZOOIDS", text(ZOOIDS.build(None, false)?)),
-            ("BITTYBUZZ_BEHAVIORS", text(KILOBOT.build_behaviors(false)?)),
-            ("BITTYBUZZ_KILOBOT", text(KILOBOT.build(None, false)?)),
-        ]))
-    }
-
-    /// Returns the names and values of the variables.
-    fn variables(&self) -> [(&str, &str); 5] {
-        self.0.each_ref().map(|(name, path)| (*name, path.as_str()))
-    }
-
-    fn given_to(&self, line: Invocation) -> Invocation {
-        self.variables().iter().fold(line, |line, (name, path)| line.env(name, path))
-    }
+/// Builds the robots' images from the current sources. Returns the variables that pass them to the
+/// tests, and `others`.
+fn build_images(others: &[(&'static str, &str)]) -> Result<Variables> {
+    let text = |path: PathBuf| path.display().to_string();
+    let images = [
+        ("BITTYBUZZ_CRAZYFLIE", text(CRAZYFLIE.build(None, false)?)),
+        ("BITTYBUZZ_CRAZYFLIE_TINY", text(CRAZYFLIE.build_tiny(None)?)),
+        ("BITTYBUZZ_ZOOIDS", text(ZOOIDS.build(None, false)?)),
+        ("BITTYBUZZ_BEHAVIORS", text(KILOBOT.build_behaviors(false)?)),
+        ("BITTYBUZZ_KILOBOT", text(KILOBOT.build(None, false)?)),
+    ];
+    let others = others.iter().map(|(name, value)| (*name, (*value).to_owned()));
+    Ok(images.into_iter().chain(others).collect())
 }
 
 /// A part of the checks that a change must pass before it is merged, in the order of a whole run.
@@ -124,9 +112,8 @@ impl Step {
                 cargo(&[&["test", "--release"], &emulators()[..]].concat())?;
             }
             Step::Tests => {
-                let images = Images::build()?;
-                let variables = [&images.variables()[..], &[(FIGURES, CHECK)]].concat();
-                test_programs::run(&shared_packages(), &[], &variables)?;
+                let variables = || build_images(&[(FIGURES, CHECK)]);
+                test_programs::run(&shared_packages(), &[], variables)?;
             }
             Step::Guides => carry_out_guides()?,
             Step::Wasm => wasm()?,
@@ -151,8 +138,9 @@ fn carry_out_guides() -> Result<()> {
     let runs = Runs::load()?;
     let due = runs.due()?;
     println!("guides whose files have changed: {}", due.len());
+    let images = if due.is_empty() { Variables::new() } else { build_images(&[])? };
     let tests = guides("changed", &[]);
-    if due.is_empty() { tests.run() } else { Images::build()?.given_to(tests).run() }
+    images.iter().fold(tests, |tests, (name, path)| tests.env(name, path)).run()
 }
 
 /// Builds the module of the playground and compares its runs in node with native ones.
@@ -220,20 +208,26 @@ fn lint() -> Result<()> {
     for folder in [bench::HOST].into_iter().chain(chip::WORKSPACES) {
         Invocation::cargo(&["fmt", "--all", "--check"]).in_workspace(folder).run()?;
     }
-    soak::lint_fuzz_targets(&DENY)?;
-    // In the profiles of the tests, which use the same build scripts and macros.
-    let clippy = ["clippy", "--all-targets"];
-    cargo(&[&clippy[..], &all_but_emulators(), &DENY].concat())?;
-    cargo(&[&clippy[..], &["--release"], &emulators(), &DENY].concat())?;
-    let all = [&clippy[..], &["--release", "--workspace"], &DENY].concat();
-    Invocation::cargo(&all).in_workspace(bench::HOST).run()?;
-    chip::lint(&DENY)?;
     for board in BOARDS {
-        let firmware =
-            |arguments: &[&str]| Invocation::cargo(arguments).in_workspace(board.folder).run();
-        firmware(&["fmt", "--check"])?;
-        firmware(&[&["clippy", "--release"], &DENY[..]].concat())?;
+        Invocation::cargo(&["fmt", "--check"]).in_workspace(board.folder).run()?;
     }
+    // In the profiles of the tests, which use the same build scripts and macros. Those of the two
+    // chores differ, so that both run: firmware has long chains of crates, which keep one processor
+    // busy.
+    let clippy = ["clippy", "--all-targets"];
+    let in_dev = || cargo(&[&clippy[..], &all_but_emulators(), &DENY].concat());
+    let in_release = || -> Result<()> {
+        for board in BOARDS {
+            let arguments = [&["clippy", "--release"], &DENY[..]].concat();
+            Invocation::cargo(&arguments).in_workspace(board.folder).run()?;
+        }
+        chip::lint(&DENY)?;
+        soak::lint_fuzz_targets(&DENY)?;
+        cargo(&[&clippy[..], &["--release"], &emulators(), &DENY].concat())?;
+        let all = [&clippy[..], &["--release", "--workspace"], &DENY].concat();
+        Invocation::cargo(&all).in_workspace(bench::HOST).run()
+    };
+    at_once(in_dev, in_release)?;
     Ok(())
 }
 

@@ -3,9 +3,11 @@
 
 use anyhow::{Context, Error, Result, anyhow};
 use std::io;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Output, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 /// Returns the root of the repository, in which every program runs.
 pub fn root() -> &'static Path {
@@ -160,6 +162,21 @@ pub fn cargo(arguments: &[&str]) -> Result<()> {
     Invocation::cargo(arguments).run()
 }
 
+/// Runs two chores at the same time, and returns both results. A second run of cargo uses the
+/// processors that the first one leaves idle, if the two build in different profiles: cargo locks the
+/// folder of a profile. If both fail, the error of the first one is returned.
+pub fn at_once<First, Second: Send>(
+    first: impl FnOnce() -> Result<First>,
+    second: impl FnOnce() -> Result<Second> + Send,
+) -> Result<(First, Second)> {
+    thread::scope(|scope| {
+        let second = scope.spawn(second);
+        let first = first();
+        let second = second.join().unwrap_or_else(|panic| resume_unwind(panic));
+        Ok((first?, second?))
+    })
+}
+
 /// Returns cargo's target folder for the root workspace, which contains this program.
 pub fn target() -> Result<PathBuf> {
     let own = std::env::current_exe().context("cannot find the program that runs")?;
@@ -176,6 +193,7 @@ pub fn is_installed(program: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Barrier;
 
     #[test]
     fn a_failing_program_is_named_with_its_arguments() {
@@ -198,6 +216,21 @@ mod tests {
         assert_eq!(locked(&["test", "--", "x"], true), ["test", "--locked", "--", "x"]);
         assert_eq!(locked(&["fmt", "--check"], true), ["fmt", "--check"]);
         assert_eq!(locked(&["build"], false), ["build"]);
+    }
+
+    #[test]
+    fn two_chores_run_at_once() {
+        // Both wait here: one alone would never go on.
+        let both = Barrier::new(2);
+        let chore = |result: Result<u8>| {
+            both.wait();
+            result
+        };
+        assert_eq!(at_once(|| chore(Ok(1)), || chore(Ok(2))).unwrap(), (1, 2));
+        let failed = at_once(|| chore(Ok(1)), || chore(Err(anyhow!("second"))));
+        assert_eq!(failed.unwrap_err().to_string(), "second");
+        let failed = at_once(|| chore(Err(anyhow!("first"))), || chore(Err(anyhow!("second"))));
+        assert_eq!(failed.unwrap_err().to_string(), "first");
     }
 
     #[test]

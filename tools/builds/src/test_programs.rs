@@ -5,7 +5,7 @@
 //! longer than it saves.
 
 use crate::cargo_test::cargo_test;
-use crate::shell::Invocation;
+use crate::shell::{Invocation, at_once};
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 use std::cmp::Reverse;
@@ -27,6 +27,9 @@ const SLOWEST: [&str; 5] =
 /// first, apart from the others.
 const SPLIT: &str = "cargo test --package bittybuzz-hil --test hil";
 const SLOWEST_TEST: &str = "script::a_step_without_end_is_reported_and_stops_the_motors_on_qemu";
+
+/// Names and values of environment variables.
+pub type Variables = Vec<(&'static str, String)>;
 
 /// A compiled test program.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -70,14 +73,20 @@ struct Run {
 /// Compiles the tests of some packages, runs their programs and the examples of their
 /// documentation, and prints the number of tests. A failed program does not stop the others.
 ///
-/// `packages` are the options of cargo that select packages, `chosen` the arguments for each test
-/// program, and `variables` the environment of the tests.
-pub fn run(packages: &[&str], chosen: &[&str], variables: &[(&str, &str)]) -> Result<()> {
+/// `packages` are the options of cargo that select packages, and `chosen` the arguments for each
+/// test program. `variables` returns the environment of the tests. It may build images: it runs
+/// while the tests are compiled, because an image keeps only one processor busy.
+pub fn run(
+    packages: &[&str],
+    chosen: &[&str],
+    variables: impl FnOnce() -> Result<Variables> + Send,
+) -> Result<()> {
     let build = ["--no-run", "--message-format", "json-render-diagnostics"];
-    let messages = cargo_test(&[packages, &build].concat()).shown_errors()?;
+    let build = || cargo_test(&[packages, &build].concat()).shown_errors();
+    let (messages, variables) = at_once(build, variables)?;
     let Built { programs, bbz, has_documented_library } = read_messages(&messages)?;
-    let bbz = bbz.as_ref().map(|path| ("BITTYBUZZ_BBZ", path.as_str()));
-    let variables: Vec<(&str, &str)> = variables.iter().copied().chain(bbz).collect();
+    let bbz = bbz.map(|path| ("BITTYBUZZ_BBZ", path));
+    let variables: Variables = variables.into_iter().chain(bbz).collect();
     let with_variables =
         |line: Invocation| variables.iter().fold(line, |line, (name, value)| line.env(name, value));
     let count = programs.len();
