@@ -28,7 +28,7 @@ pub struct Invocation {
 static KEEPS_LOCK_FILES: AtomicBool = AtomicBool::new(false);
 
 /// Cargo commands that write the lock file if it does not fit the manifests.
-const RESOLVING: [&str; 6] = ["build", "clippy", "doc", "metadata", "run", "test"];
+const RESOLVING: [&str; 7] = ["build", "check", "clippy", "doc", "metadata", "run", "test"];
 
 /// Makes cargo fail instead of writing a lock file. Checks before a merge call this, because a lock
 /// file that does not fit its manifests is a mistake of the change. Other chores do not, because
