@@ -89,10 +89,10 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         self.fill(0, self.top as usize);
     }
 
-    /// Sets the limit for the growth of the heap: twice the slots `in_use`, and at least a quarter
-    /// of the memory.
+    /// Sets the limit for the growth of the heap: a quarter of the memory more than the slots
+    /// `in_use`.
     pub(crate) fn set_floor(&mut self, in_use: usize) {
-        let room = (2 * in_use).max(self.top() / 4);
+        let room = in_use + self.top() / 4;
         self.floor = self.top().saturating_sub(room) as u16;
     }
 

@@ -22,8 +22,8 @@
 //! highest cell first, so that the heap stays at the top and leaves room for calls.
 //!
 //! # When the machine collects
-//! * An allocation finds no free cell, or the heap has grown to its limit: twice the size that it had
-//!   after the last collection, and at least a quarter of the memory ([`Arena::set_floor`]).
+//! * An allocation finds no free cell, or the heap has grown by a quarter of the memory since the last
+//!   collection ([`Arena::set_floor`]).
 //! * A call needs stack space that heap cells occupy.
 //! * An entry point ends after it allocated something, and less than a quarter of the memory is unused.
 //! * The script restarts after a fault.
