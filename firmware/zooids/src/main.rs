@@ -22,6 +22,7 @@ mod eyes;
 mod failure;
 mod functions;
 mod i2c;
+mod integers;
 mod leds;
 mod memory;
 mod motors;
