@@ -49,11 +49,19 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
         "frames  {sent} sent, {received} received, {lost} lost, {collided} collided, {deaf} missed while sending"
     ));
     lines.push(format!(
-        "queues  {unsent} frames dropped before they were sent, {unread} before they were read"
+        "queues  {unsent} frames dropped before they were sent{}, {unread} before they were read{}",
+        more_room(unsent, "`out_queue`, `out_long`"),
+        more_room(unread, "`in_queue`")
     ));
     let unusable = summary.unusable.counts().into_iter().filter(|(_, count)| *count > 0);
-    let unusable: Vec<String> =
-        unusable.map(|(name, count)| format!("{count} {}", name.replace('_', " "))).collect();
+    let unusable: Vec<String> = unusable
+        .map(|(name, count)| {
+            // Other causes are no matter of room.
+            let room =
+                if name == "incomplete" { more_room(count, "`in_long`") } else { String::new() };
+            format!("{count} {}{room}", name.replace('_', " "))
+        })
+        .collect();
     if !unusable.is_empty() {
         lines.push(format!("messages that were of no use: {}", unusable.join(", ")));
     }
@@ -265,6 +273,11 @@ fn note(setup: &Setup, alike: &[&FaultOf]) -> String {
         note += &format!("; {total} times in all");
     }
     note
+}
+
+/// Returns the keys of the robot file that give more room, if something was lost.
+fn more_room(lost: u64, keys: &str) -> String {
+    if lost == 0 { String::new() } else { format!(" (more room: {keys} of the robot file)") }
 }
 
 fn seconds(ticks: u64) -> f64 {
