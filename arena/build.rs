@@ -24,7 +24,8 @@ fn main() -> io::Result<()> {
             profiles.push("Full");
         }
         for profile in profiles {
-            sizes.insert((slots, places, profile, vm.in_queue, vm.out_queue));
+            let queues = [vm.in_queue, vm.out_queue, vm.in_long, vm.out_long];
+            sizes.insert((slots, places, profile, queues));
         }
     }
     let (_, smallest, ..) = sizes.first().expect("robots ship");
@@ -35,12 +36,12 @@ fn main() -> io::Result<()> {
          pub fn load(\n    context: &GroupContext,\n    slots: usize,\n    id: u16,\n    seed: u32,\n\
          ) -> Option<Loaded> {{\n    Some(match (context.profile, slots, context.queues) {{\n"
     );
-    for &(slots, places, profile, inbox, outbox) in &sizes {
+    for &(slots, places, profile, [inbox, outbox, in_long, out_long]) in &sizes {
         let frame = format!("{}_FRAME", profile.to_uppercase());
         writeln!(
             text,
-            "        (NumberProfile::{profile}, {slots}, [{inbox}, {outbox}]) => \
-             load_exact::<{profile}, {{ {frame} }}, {places}, {inbox}, {outbox}>(context, id, seed),"
+            "        (NumberProfile::{profile}, {slots}, [{inbox}, {outbox}, {in_long}, {out_long}]) => \
+             load_exact::<{profile}, {{ {frame} }}, {places}, {inbox}, {outbox}, {in_long}, {out_long}>(context, id, seed),"
         )
         .expect("a text takes any line");
     }

@@ -225,7 +225,7 @@ fn invented_ids() {
     assert!(last.neighbors.iter().flatten().all(|count| *count <= 8.0), "{last:?}");
 }
 
-/// The limit: messages of several frames wait, as their room is taken. Others arrive.
+/// Messages that are begun and not finished keep no place from others.
 #[test]
 fn held_fragments() {
     let ended = run("held_fragments", &adversary("\"held-fragments\""));
@@ -237,10 +237,9 @@ fn held_fragments() {
         at(until) - at(from)
     };
     let [held, normal] = [&ended.0, &quiet].map(|samples| lists(samples, FROM, UNTIL));
-    assert!(held < 0.8 * normal, "{held} of {normal}");
+    assert!(held > 0.8 * normal, "{held} of {normal}");
     let [after, normal] = [&ended.0, &quiet].map(|samples| lists(samples, UNTIL, 900));
-    // The room may be held for 16 s of these 30 s.
-    assert!(after > 0.3 * normal, "{after} of {normal}");
+    assert!(after > 0.8 * normal, "{after} of {normal}");
 }
 
 /// The limit: others take it for the robot.

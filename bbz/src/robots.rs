@@ -99,6 +99,10 @@ fn limits(robot: &Robot) -> impl Iterator<Item = String> {
             vm.neighbors, vm.stigmergy_entries, vm.swarms
         ),
         format!("{} messages can wait to be read, {} to be sent", vm.in_queue, vm.out_queue),
+        format!(
+            "{} long messages can be received at once, {} can wait to be sent",
+            vm.in_long, vm.out_long
+        ),
         format!("one frame carries {} bytes of a message", robot.message_bytes),
     ];
     all.into_iter().chain(bearings).chain(firmware)

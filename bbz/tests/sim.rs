@@ -48,6 +48,24 @@ fn an_expectation_that_fails_is_status_1() {
     assert!(!outcome.stdout.contains("five"), "{}", outcome.stdout);
 }
 
+/// What a robot has no room for is lost, and the summary names the key of the robot file.
+#[test]
+fn lost_messages_are_shown_with_the_key_that_gives_more_room() {
+    let folder = folder("sim_lost");
+    let listen = "function init() { neighbors.listen(\"t\", function(t, v, r) { }) }\n";
+    let step = "function step() { neighbors.broadcast(\"t\", {.a = id, .b = 2}) }\n";
+    folder.write("s.bzz", [listen, step].concat());
+    folder.write(
+        "s.toml",
+        "[world]\nsize = [900, 900]\nduration = 20\n\
+         [[robots]]\nrobot = \"zooids\"\nscript = \"s.bzz\"\ncount = 16\n",
+    );
+    let outcome = folder.bbz(&["sim", "s.toml", "--headless"]);
+    let shown = outcome.stdout;
+    assert!(shown.contains(" incomplete (more room: `in_long` of the robot file)\n"), "{shown}");
+    assert!(shown.contains(", 0 before they were read\n"), "{shown}");
+}
+
 #[test]
 fn a_fault_is_status_1_with_file_and_line() {
     let folder = folder("sim_fault");

@@ -9,6 +9,7 @@
 //!
 //! # Modules
 //! * [`infrared`]: swarm messages of Kilobots.
+//! * [`long`]: messages that do not fit one frame.
 //! * [`nrf24`]: swarm messages of Zooids.
 //! * [`queue`]: frames that wait for the script's next step or for the link.
 //! * [`syslink`]: the serial link between the two processors of a Crazyflie, and the P2P radio frames in it.
@@ -21,6 +22,7 @@
 #![forbid(unsafe_code)]
 
 pub mod infrared;
+pub mod long;
 pub mod nrf24;
 pub mod queue;
 pub mod syslink;

@@ -8,6 +8,10 @@
 //! * A broadcast to be sent replaces one on the same topic from an earlier step.
 //! * If the queue is still full, it drops and counts the oldest frame of the lowest priority.
 //!
+//! Long messages have places of their own ([`crate::long`]): fragments are joined when they arrive
+//! and cut when they leave. An outbox finishes the message that it has begun, and then sends as many
+//! frames as the message had fragments before it begins another one.
+//!
 //! Priorities are those of [`FrameKind`], with one exception: a robot sends its own beacon only
 //! after a long silence, and that beacon has the highest priority, so that a flood of entries does
 //! not hide the robot.
@@ -19,8 +23,10 @@ use core::hash::{Hash, Hasher};
 use core::marker::PhantomData;
 use core::ops::Deref;
 
-use bittybuzz_vm_core::message::{FrameKind, replaces};
+use bittybuzz_vm_core::message::{FRAGMENT, FRAGMENT_HEAD, FRAGMENTS_MAX, FrameKind, replaces};
 use bittybuzz_vm_core::number::Profile;
+
+use crate::long::{Assemblies, Departures};
 
 /// The numbers of frames that a queue did not pass on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -29,6 +35,9 @@ pub struct QueueCounters {
     pub dropped: u16,
     /// Frames that were equal to a waiting one.
     pub duplicates: u16,
+    /// Received long messages that were given up before they were complete, and fragments of
+    /// messages for which there was no place.
+    pub incomplete: u16,
 }
 
 /// A frame, padded with zeros to the maximum length.
@@ -46,15 +55,9 @@ impl<const BYTES: usize> QueuedFrame<BYTES> {
     /// Copies the frame with its padding, which takes less time than the frame alone, and returns
     /// the length of the frame.
     #[inline(always)]
-    pub fn copy_to(&self, room: &mut [u8; BYTES]) -> usize {
+    fn copy_to(&self, room: &mut [u8; BYTES]) -> usize {
         *room = self.bytes;
         self.length.into()
-    }
-
-    /// Returns the first bytes, which a Cortex-M0 compares in one operation.
-    #[inline(always)]
-    fn head(&self) -> [u8; HEAD] {
-        self.bytes.first_chunk().copied().unwrap_or([0; HEAD])
     }
 }
 
@@ -66,31 +69,48 @@ impl<const BYTES: usize> Deref for QueuedFrame<BYTES> {
     }
 }
 
-/// The received frames, at most `FRAMES` of at most `BYTES` bytes, each with data `E` from the
-/// link.
+/// The received frames, at most `FRAMES` of at most `BYTES` bytes, and at most `MESSAGES` long
+/// messages, each with data `E` from the link.
 #[derive(Debug, Clone)]
-pub struct Inbox<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> {
+pub struct Inbox<
+    P: Profile,
+    E: Copy,
+    const BYTES: usize,
+    const FRAMES: usize,
+    const MESSAGES: usize,
+> {
     queue: Queue<P, BYTES, FRAMES>,
     extras: [E; FRAMES],
+    messages: Assemblies<P, E, MESSAGES>,
 }
 
-/// Frames that are to be sent, at most `FRAMES` of at most `BYTES` bytes.
+/// What is to be sent: at most `FRAMES` frames of at most `BYTES` bytes, and at most `MESSAGES` long
+/// messages.
 #[derive(Debug, Clone)]
-pub struct Outbox<P: Profile, const BYTES: usize, const FRAMES: usize> {
+pub struct Outbox<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize> {
     queue: Queue<P, BYTES, FRAMES>,
+    messages: Departures<P, MESSAGES>,
+    /// The number of frames that go before the next long message.
+    frames_first: u8,
 }
 
-impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, BYTES, FRAMES> {
+impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
+    Inbox<P, E, BYTES, FRAMES, MESSAGES>
+{
     /// Returns an empty queue; `nothing` fills the link data of the free places.
     pub const fn new(nothing: E) -> Self {
-        Inbox { queue: Queue::EMPTY, extras: [nothing; FRAMES] }
+        Inbox { queue: Queue::EMPTY, extras: [nothing; FRAMES], messages: Assemblies::new(nothing) }
     }
 
-    /// Returns an empty queue for at most `frames` frames, fewer than its type has places for.
-    /// [`Inbox::len`] counts the unused places too. This function is for hosts, where one type
-    /// serves queues of all lengths.
-    pub fn with_room(nothing: E, frames: usize) -> Self {
-        Inbox { queue: Queue::with_room(frames), extras: [nothing; FRAMES] }
+    /// Returns an empty queue for at most `frames` frames and `messages` long messages, fewer than
+    /// its type has places for. [`Inbox::len`] counts the unused places too. This function is for
+    /// hosts, where one type serves queues of all lengths.
+    pub fn with_room(nothing: E, frames: usize, messages: usize) -> Self {
+        Inbox {
+            queue: Queue::with_room(frames),
+            extras: [nothing; FRAMES],
+            messages: Assemblies::with_room(nothing, messages),
+        }
     }
 
     /// Returns the number of waiting frames.
@@ -108,45 +128,77 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize> Inbox<P, E, B
         self.queue.counters
     }
 
-    /// Hashes the waiting frames in their order; `extra` hashes the link data of one frame. Only
-    /// hosts call this function.
+    /// Hashes the waiting frames in their order, and the long messages; `extra` hashes the link data
+    /// of one frame. Only hosts call this function.
     pub fn hash_state<H: Hasher>(&self, hasher: &mut H, extra: impl Fn(&E, &mut H)) {
         self.queue.hash_state(hasher, |place, hasher| {
             self.extras.get(place).into_iter().for_each(|known| extra(known, hasher));
         });
+        self.messages.hash_state(hasher, extra);
     }
 
-    /// Returns the waiting frames, oldest first, for programs that inspect the queue.
-    pub fn frames(&self) -> impl Iterator<Item = &[u8]> {
-        self.queue.frames()
+    /// Passes the waiting frames to `show`, oldest first, and then the fragments that have arrived,
+    /// for programs that inspect the queue.
+    pub fn show(&self, mut show: impl FnMut(&[u8])) {
+        self.queue.frames().for_each(&mut show);
+        self.messages.show::<BYTES>(show);
+    }
+
+    /// Returns true if fragments of a message have arrived. Only hosts call this function.
+    pub fn is_assembling(&self) -> bool {
+        self.messages.is_assembling()
     }
 
     /// Adds a received frame. If an equal frame already waits, `extra` replaces its link data.
     pub fn push(&mut self, frame: &[u8], extra: E) {
-        if let Some(place) = self.queue.push(frame, false)
+        if is_fragment(frame) {
+            self.messages.push(frame, extra, &mut self.queue.counters);
+        } else if let Some(place) = self.queue.push(frame, false)
             && let Some(there) = self.extras.get_mut(place)
         {
             *there = extra;
         }
     }
 
-    /// Removes and returns a frame: alternately the oldest one of the highest priority and the
-    /// oldest one of all.
-    pub fn pop(&mut self) -> Option<(&QueuedFrame<BYTES>, &E)> {
+    /// Removes a frame, writes it to `room` with zeros after it, and returns its length: alternately the oldest one of
+    /// the highest priority and the oldest one of all.
+    ///
+    /// Complete long messages go first. The first [`FRAGMENT_HEAD`] bytes of a fragment stand for
+    /// the message, and [`Inbox::take_content`] returns its content.
+    pub fn pop(&mut self, room: &mut [u8; BYTES]) -> Option<(usize, &E)> {
+        if MESSAGES != 0
+            && self.messages.is_waiting()
+            && let Some(place) = self.messages.pop(room)
+        {
+            return Some((FRAGMENT_HEAD, self.messages.extra(place)?));
+        }
         let (place, frame) = self.queue.pop()?;
-        Some((frame, self.extras.get(place)?))
+        Some((frame.copy_to(room), self.extras.get(place)?))
+    }
+
+    /// Copies the content of the long message that [`Inbox::pop`] has returned last, and returns its
+    /// length; 0 if there is none.
+    pub fn take_content(&mut self, room: &mut [u8]) -> usize {
+        self.messages.take_content(room)
     }
 }
 
-impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAMES> {
+impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
+    Outbox<P, BYTES, FRAMES, MESSAGES>
+{
     /// Returns an empty queue.
     pub const fn new() -> Self {
-        Outbox { queue: Queue::EMPTY }
+        Outbox { queue: Queue::EMPTY, messages: Departures::new(), frames_first: 0 }
     }
 
-    /// Returns an empty queue for at most `frames` frames; see [`Inbox::with_room`].
-    pub fn with_room(frames: usize) -> Self {
-        Outbox { queue: Queue::with_room(frames) }
+    /// Returns an empty queue for at most `frames` frames and `messages` long messages; see
+    /// [`Inbox::with_room`].
+    pub fn with_room(frames: usize, messages: usize) -> Self {
+        Outbox {
+            queue: Queue::with_room(frames),
+            messages: Departures::with_room(messages),
+            frames_first: 0,
+        }
     }
 
     /// Returns the number of waiting frames.
@@ -154,9 +206,15 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
         self.queue.len()
     }
 
-    /// Returns true if no frame waits.
+    /// Returns true if no frame and no long message waits.
     pub fn is_empty(&self) -> bool {
-        self.queue.len() == 0
+        self.queue.is_empty() && self.messages.is_empty()
+    }
+
+    /// Returns true if some fragments of a message were sent, and others not. The link sends the
+    /// next one soon, so that few other robots begin a message meanwhile.
+    pub fn is_within_message(&self) -> bool {
+        MESSAGES != 0 && self.messages.is_within()
     }
 
     /// Returns the counts of frames that were not passed on.
@@ -164,14 +222,19 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
         self.queue.counters
     }
 
-    /// Hashes the waiting frames in their order. Only hosts call this function.
+    /// Hashes the waiting frames in their order, and the long messages. Only hosts call this
+    /// function.
     pub fn hash_state(&self, hasher: &mut impl Hasher) {
         self.queue.hash_state(hasher, |_, _| ());
+        self.messages.hash_state(hasher);
+        hasher.write_u8(self.frames_first);
     }
 
-    /// Returns the waiting frames, oldest first, for programs that inspect the queue.
-    pub fn frames(&self) -> impl Iterator<Item = &[u8]> {
-        self.queue.frames()
+    /// Passes the waiting frames to `show`, oldest first, and then the fragments of long messages,
+    /// for programs that inspect the queue.
+    pub fn show(&self, mut show: impl FnMut(&[u8])) {
+        self.queue.frames().for_each(&mut show);
+        self.messages.show::<BYTES>(show);
     }
 
     /// Marks the waiting broadcasts as stale at the beginning of a step: newer ones replace them.
@@ -179,6 +242,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
         for rank in &mut self.queue.ranks {
             *rank |= STALE;
         }
+        self.messages.begin_step();
     }
 
     /// Adds a frame to be sent.
@@ -186,14 +250,49 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Outbox<P, BYTES, FRAME
         self.queue.push(frame, true);
     }
 
-    /// Removes and returns a frame: alternately the oldest one of the highest priority and the
-    /// oldest one of all.
-    pub fn pop(&mut self) -> Option<&QueuedFrame<BYTES>> {
-        self.queue.pop().map(|(_, frame)| frame)
+    /// Adds the content of a long message from that robot. Returns false if there is no room for it:
+    /// a broadcast then counts as dropped, and an entry of a stigmergy is to be added later.
+    pub fn push_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        MESSAGES != 0 && self.messages.push(robot, content, &mut self.queue.counters)
+    }
+
+    /// Removes the next frame, writes it to `room`, which is all zeros, and returns its length: the
+    /// next fragment of the message that was begun; else alternately the oldest frame of the highest priority and the
+    /// oldest one of all, or the first fragment of the next message.
+    pub fn pop(&mut self, room: &mut [u8; BYTES]) -> Option<usize> {
+        let is_turn = self.frames_first == 0 || self.queue.is_empty();
+        if MESSAGES != 0
+            && (is_turn || self.messages.is_within())
+            && let Some(length) = self.messages.pop(room)
+        {
+            // The index of a fragment is the number of those before it.
+            self.frames_first = room.first().map_or(0, |first| first % FRAGMENTS_MAX) + 1;
+            return Some(length);
+        }
+        let (_, frame) = self.queue.pop()?;
+        self.frames_first = self.frames_first.saturating_sub(1);
+        Some(frame.copy_to(room))
+    }
+
+    /// Returns a frame that [`Outbox::pop`] has returned last, and that the link could not send.
+    pub fn unpop(&mut self, frame: &[u8]) {
+        if MESSAGES != 0 && is_fragment(frame) {
+            self.messages.unpop(frame);
+        } else {
+            self.push(frame);
+        }
     }
 }
 
-impl<P: Profile, const BYTES: usize, const FRAMES: usize> Default for Outbox<P, BYTES, FRAMES> {
+/// Returns true for a fragment of a long message.
+#[inline(always)]
+fn is_fragment(frame: &[u8]) -> bool {
+    frame.first().is_some_and(|first| first & 0xf0 == FRAGMENT)
+}
+
+impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize> Default
+    for Outbox<P, BYTES, FRAMES, MESSAGES>
+{
     fn default() -> Self {
         Self::new()
     }
@@ -228,12 +327,8 @@ const HIGHEST_RANK: u8 = FrameKind::Broadcast as u8 + 1;
 /// A bit in a rank: the frame is from an earlier step.
 const STALE: u8 = 1 << 7;
 
-/// The number of leading bytes, in which most frames differ.
-const HEAD: usize = 4;
-
-/// Frames that replace no other are searched by `search_quickly`. An AVR lacks the flash for this
-/// second search.
-const IS_QUICK: bool = cfg!(not(target_arch = "avr"));
+/// The place of the byte in which most frames differ: the lower byte of the sender.
+const ROBOT: usize = 1;
 
 /// The fitness of a place for a new frame: an equal frame waits there, or one that the new frame
 /// replaces. In other places the fitness is `OF_NO_RANK` minus the rank of the waiting frame.
@@ -245,7 +340,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     const EMPTY: Self = {
         assert!(BYTES < 256 && FRAMES < BY_AGE as usize, "lengths and places are bytes");
         Queue {
-            counters: QueueCounters { dropped: 0, duplicates: 0 },
+            counters: QueueCounters { dropped: 0, duplicates: 0, incomplete: 0 },
             oldest: NOWHERE,
             younger: [NOWHERE; FRAMES],
             ranks: [FREE; FRAMES],
@@ -260,6 +355,10 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         let mut queue = Self::EMPTY;
         queue.ranks.iter_mut().skip(frames).for_each(|rank| *rank = HIGHEST_RANK);
         queue
+    }
+
+    fn is_empty(&self) -> bool {
+        self.oldest() == NOWHERE
     }
 
     fn len(&self) -> usize {
@@ -316,7 +415,13 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     }
 
     /// Removes the frame at `place`; `older` is the next older one, or [`NOWHERE`].
-    #[cfg_attr(not(target_arch = "avr"), inline(always))]
+    #[inline(never)]
+    fn remove(&mut self, older: u8, place: u8) {
+        self.take_out(older, place);
+    }
+
+    /// Does what [`Queue::remove`] does, for a caller where time is scarcer than flash.
+    #[inline(always)]
     fn take_out(&mut self, older: u8, place: u8) {
         let at = index(place);
         if let (Some(rank), Some(younger)) = (self.ranks.get_mut(at), self.younger.get_mut(at)) {
@@ -339,15 +444,9 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         let is_beacon = matches!(kind, FrameKind::Beacon | FrameKind::Digest);
         let new_rank = if is_own && is_beacon { HIGHEST_RANK } else { kind as u8 + 1 };
         // Broadcasts replace only stale frames, and an inbox has none.
-        let replaces_none = match kind {
-            FrameKind::Swarms | FrameKind::Fragment => true,
-            FrameKind::Broadcast => !is_own,
-            FrameKind::Beacon | FrameKind::Digest | FrameKind::Entry => false,
-        };
+        let replaces_none = kind == FrameKind::Broadcast && !is_own;
+        let robot = frame.get(ROBOT);
         let (suits, older, mut place, mut youngest) = 'search: loop {
-            if IS_QUICK && replaces_none {
-                break self.search_quickly(frame);
-            }
             // The fitness of the best place, the next older frame, and the place.
             let mut best = (0, NOWHERE, NOWHERE);
             let (mut older, mut place) = (NOWHERE, self.oldest());
@@ -355,10 +454,9 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
                 let rank = self.ranks.get(index(place)).copied().unwrap_or(FREE);
                 let is_stale = rank & STALE != 0;
                 let mut suits = OF_NO_RANK - (rank & !STALE);
-                // The comparison is short, since most frames differ in the first bytes.
-                if waiting.iter().eq(frame) {
+                if waiting.get(ROBOT) == robot && waiting.iter().eq(frame) {
                     suits = SAME;
-                } else if replaces::<P>(kind, frame, waiting, is_stale) {
+                } else if !replaces_none && replaces::<P>(kind, frame, waiting, is_stale) {
                     suits = REPLACED;
                 }
                 if suits >= REPLACED && best.0 >= REPLACED {
@@ -366,7 +464,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
                     if suits == SAME {
                         (older, place) = (best.1, best.2);
                     }
-                    self.take_out(older, place);
+                    self.remove(older, place);
                     continue 'search;
                 }
                 if suits > best.0 {
@@ -378,10 +476,6 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         };
         if suits == SAME {
             count(&mut self.counters.duplicates);
-            if IS_QUICK {
-                *self.ranks.get_mut(index(place))? = new_rank;
-                return Some(index(place));
-            }
         } else if suits != REPLACED {
             if let Some(free) = self.ranks.iter().position(|rank| rank & !STALE == FREE) {
                 place = free as u8 + 1;
@@ -390,7 +484,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
                 if OF_NO_RANK - suits > new_rank {
                     return None;
                 }
-                self.take_out(older, place);
+                self.remove(older, place);
                 if youngest == place {
                     youngest = older;
                 }
@@ -406,36 +500,6 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             to.copy_from_slice(frame);
         }
         Some(at)
-    }
-
-    /// Does the search of [`Queue::push`] for a frame that replaces none: returns the fitness, the
-    /// next older frame, the place and the youngest frame.
-    #[inline(never)]
-    fn search_quickly(&self, frame: &[u8]) -> (u8, u8, u8, u8) {
-        let mut head = [0; HEAD];
-        match frame.first_chunk() {
-            Some(first) => head = *first,
-            None => head.iter_mut().zip(frame).for_each(|(to, byte)| *to = *byte),
-        }
-        // The frame that is next older than the oldest of the lowest rank.
-        let mut below = NOWHERE;
-        let mut lowest = OF_NO_RANK;
-        let (mut older, mut place) = (NOWHERE, self.oldest());
-        while let Some(waiting) = self.frames.get(index(place)) {
-            if waiting.head() == head
-                && usize::from(waiting.length) == frame.len()
-                && waiting.get(HEAD..) == frame.get(HEAD..)
-            {
-                return (SAME, NOWHERE, place, NOWHERE);
-            }
-            let rank = self.rank(place);
-            if rank < lowest {
-                (lowest, below) = (rank, older);
-            }
-            (older, place) = (place, self.younger(place));
-        }
-        let place = if below == NOWHERE { self.oldest() } else { self.younger(below) };
-        (OF_NO_RANK - lowest, below, place, older)
     }
 
     /// Removes the next frame and returns its index. The bytes stay readable until a frame is
@@ -477,8 +541,7 @@ fn index(place: u8) -> usize {
 }
 
 /// Increments a counter, up to its maximum.
-#[cfg_attr(target_arch = "avr", inline(never))]
-#[cfg_attr(not(target_arch = "avr"), inline(always))]
-fn count(counter: &mut u16) {
+#[inline(never)]
+pub(crate) fn count(counter: &mut u16) {
     *counter = counter.saturating_add(1);
 }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
+mod long;
 mod p2p;
 mod packets;
 mod queue;

@@ -29,7 +29,7 @@ mod reader;
 mod value;
 
 use bittybuzz_compiler::symbols::Symbols;
-use bittybuzz_vm_core::inspect::{Activity, Assembling, KnownSwarm};
+use bittybuzz_vm_core::inspect::{Activity, KnownSwarm};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Vm};
 
@@ -60,8 +60,6 @@ pub struct Inspection {
     pub stigmergies: Vec<Stigmergy>,
     /// The functions that handle messages and conflicts.
     pub handlers: Vec<Handler>,
-    /// The message of which some fragments have arrived.
-    pub assembling: Option<Assembling>,
     /// The messages in the queues; `None` if the caller does not provide the queues.
     pub queues: Option<Queues>,
     /// The memory in use.
@@ -100,7 +98,6 @@ pub fn inspect<P: Profile, C: ByteCode, const SLOTS: usize>(
         swarms: vm.swarms().collect(),
         stigmergies,
         handlers,
-        assembling: vm.assembling(),
         queues: None,
         slots: SlotUse { stack: vm.stack_slots(), heap: vm.heap_slots(), free: vm.free_slots() },
         objects: reader.expand(),

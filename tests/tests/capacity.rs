@@ -10,7 +10,6 @@ use bittybuzz_compiler::include::MemoryFiles;
 use bittybuzz_robot_spec::NumberProfile as Numbers;
 use bittybuzz_tests::compiler;
 use bittybuzz_tests::machine::{self, End, Settings};
-use bittybuzz_vm_core::message::{FRAGMENT_HEAD, FRAGMENTS_MAX};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Sizes, Torture, Vm};
 
@@ -94,8 +93,8 @@ fn most<P: Profile>(script: fn(usize) -> String, slots: usize) -> usize {
 fn twice_the_data_of_the_reference_fits_the_same_memory() {
     for reference in REFERENCES {
         let robot = bittybuzz_robot_files::find(reference.robot).expect("it ships");
-        // The reference sends no values that need fragments, so it has no room to put them together.
-        let fragments = u32::from(FRAGMENTS_MAX) * (robot.frame_bytes() - FRAGMENT_HEAD as u32);
+        // The reference sends no values that need fragments, so it has no room for them.
+        let fragments = robot.long_memory();
         // It does not store the place of the sender of a waiting message either; a Kilobot measures no places.
         let sightings = match robot.vm.bearings {
             true => robot.vm.in_queue * robot.sighting_bytes(),

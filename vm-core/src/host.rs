@@ -61,8 +61,24 @@ pub trait Host<P: Profile> {
         None
     }
 
+    /// Moves the content of a long message into `content` and returns its length. The machine calls
+    /// this function after [`Host::receive`] has returned the first [`FRAGMENT_HEAD`] bytes of a
+    /// fragment, which stand for the whole message.
+    ///
+    /// [`FRAGMENT_HEAD`]: crate::message::FRAGMENT_HEAD
+    fn receive_content(&mut self, _content: &mut [u8]) -> usize {
+        0
+    }
+
     /// Sends a frame to all robots in reach: queues it, best in a `bittybuzz_comms::queue::Outbox`.
     fn send(&mut self, _frame: &[u8]) {}
+
+    /// Sends the content of a long message in fragments, which name this robot as the sender.
+    /// Returns false if there is no room for it; the machine sends an entry of a stigmergy later
+    /// then. A host may discard what it cannot send, and return true.
+    fn send_content(&mut self, _robot: u16, _content: &[u8]) -> bool {
+        true
+    }
 
     /// True if slices end by time alone: the machine asks [`Host::is_slice_over`] before each
     /// instruction and counts no budget. This is for chips on which the question takes two cycles.

@@ -25,6 +25,11 @@ pub trait Brain: Send {
         false
     }
 
+    /// Returns true if the next frame continues a long message. It is called after each frame.
+    fn is_within_message(&self) -> bool {
+        false
+    }
+
     /// Writes the newest frame, type byte and payload, and returns its length in bytes; 0 sends
     /// nothing. The engine calls this when the channel is free and the transmission starts. `frame`
     /// is as long as the longest frame of the link and filled with zeros; infrared sends all of it.
@@ -41,6 +46,10 @@ impl<B: Brain + ?Sized> Brain for Box<B> {
 
     fn has_frame(&self) -> bool {
         (**self).has_frame()
+    }
+
+    fn is_within_message(&self) -> bool {
+        (**self).is_within_message()
     }
 
     fn next_frame(&mut self, frame: &mut [u8]) -> usize {

@@ -302,6 +302,10 @@ impl Brain for SimRobot {
         self.machine().is_some_and(|machine| machine.has_unsent())
     }
 
+    fn is_within_message(&self) -> bool {
+        self.machine().is_some_and(|machine| machine.is_within_message())
+    }
+
     fn next_frame(&mut self, frame: &mut [u8]) -> usize {
         match &mut self.program {
             RobotProgram::Machine(machine) => machine.next_frame(frame),

@@ -37,8 +37,9 @@ pub struct GroupContext {
     pub slots: usize,
     /// Network memory of the machine.
     pub sizes: Sizes,
-    /// The number of frames that can wait to be read by the script, and that can wait to be sent.
-    pub queues: [usize; 2],
+    /// The number of frames that can wait to be read by the script, and that can wait to be sent;
+    /// and the same for long messages.
+    pub queues: [usize; 4],
     /// Approximate number of instructions that a robot executes in a tick.
     pub budget: u16,
     /// The ids that scripts see, by the order in which robots come into the world.
@@ -79,7 +80,8 @@ impl GroupContext {
             image: kept(image),
             slots: vm.slots as usize,
             sizes: robot.sizes(),
-            queues: [vm.in_queue, vm.out_queue].map(|length| length as usize),
+            queues: [vm.in_queue, vm.out_queue, vm.in_long, vm.out_long]
+                .map(|length| length as usize),
             budget,
             ids,
             step_ticks: (TICKS_PER_SECOND / robot.tick_hz.max(1)).max(1).into(),

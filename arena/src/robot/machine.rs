@@ -52,6 +52,9 @@ pub trait Machine {
     /// Returns true if a frame is to be sent.
     fn has_unsent(&self) -> bool;
 
+    /// Returns true if the next frame to be sent continues a long message.
+    fn is_within_message(&self) -> bool;
+
     /// Removes the next frame that is to be sent and copies it; returns its length.
     fn next_frame(&mut self, frame: &mut [u8]) -> usize;
 
@@ -111,8 +114,8 @@ struct Scripted<P: Profile, I, O, const SLOTS: usize> {
     vm: Vm<P, KeptImage, SLOTS>,
     inbox: I,
     outbox: O,
-    /// True if a frame may be in the inbox. There is none in most ticks, and the queue's memory
-    /// need not be read.
+    /// True if a frame, or a part of a message, may be in the inbox. There is none in most ticks,
+    /// and the queue's memory need not be read.
     has_mail: bool,
     /// True if a frame is in the outbox.
     has_unsent: bool,
@@ -148,8 +151,8 @@ where
     Larger<P, MIDDLE>: Send,
     Larger<P, LARGE>: Send,
 {
-    let [inbox, outbox] = context.queues;
-    let (inbox, outbox) = (P::inbox(inbox), P::outbox(outbox));
+    let [inbox, outbox, in_long, out_long] = context.queues;
+    let (inbox, outbox) = (P::inbox(inbox, in_long), P::outbox(outbox, out_long));
     if slots <= SMALL {
         Larger::<P, SMALL>::load(context, inbox, outbox, id, seed)
     } else if slots <= MIDDLE {
@@ -182,10 +185,11 @@ where
     fn take_frames(&mut self, io: &Io<'_>, profile: NumberProfile) -> Vec<SeenEvent> {
         let mut unread = Vec::new();
         for (place, frame) in io.inbox.iter().enumerate() {
-            let dropped = self.inbox.dropped();
+            let before = self.inbox.counters();
             self.inbox.push(frame.bytes, frame.sighting);
             self.has_mail = true;
-            if self.inbox.dropped() == dropped {
+            let after = self.inbox.counters();
+            if (before.dropped, before.incomplete) == (after.dropped, after.incomplete) {
                 continue;
             }
             let cause = match is_readable(profile, frame.bytes) {
@@ -346,6 +350,10 @@ where
         self.has_unsent
     }
 
+    fn is_within_message(&self) -> bool {
+        self.outbox.is_within_message()
+    }
+
     fn next_frame(&mut self, frame: &mut [u8]) -> usize {
         let length = self.outbox.pop(frame);
         self.has_unsent = !self.outbox.is_empty();
@@ -353,11 +361,13 @@ where
     }
 
     fn dropped(&self) -> [u16; 2] {
-        [self.inbox.dropped(), self.outbox.dropped()]
+        [self.inbox.counters().dropped, self.outbox.dropped()]
     }
 
     fn counters(&self) -> NetworkCounters {
-        self.vm.counters()
+        let counters = self.vm.counters();
+        let incomplete = counters.incomplete.saturating_add(self.inbox.counters().incomplete);
+        NetworkCounters { incomplete, ..counters }
     }
 
     fn global(&self, number: u16, keys: &[VariableContent]) -> VariableContent {

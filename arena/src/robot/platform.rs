@@ -22,7 +22,7 @@ pub struct Platform<'a, 'io> {
     pub state: &'a mut RobotContext,
     pub inbox: &'a mut dyn InQueue,
     pub outbox: &'a mut dyn OutQueue,
-    /// True if a frame may be in the inbox.
+    /// True if a frame, or a part of a message, may be in the inbox.
     pub has_mail: &'a mut bool,
     /// True if a frame is in the outbox.
     pub has_unsent: &'a mut bool,
@@ -163,7 +163,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
             return None;
         }
         let Some((length, received)) = self.inbox.pop(frame) else {
-            *self.has_mail = false;
+            *self.has_mail = self.inbox.is_assembling();
             return None;
         };
         let ids = &self.state.context.ids;
@@ -172,6 +172,15 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         let place = received.place().map(|place| place.map(Value::float));
         *sighting = Sighting { robot: sender.copied(), place };
         Some(length)
+    }
+
+    fn receive_content(&mut self, content: &mut [u8]) -> usize {
+        self.inbox.take_content(content)
+    }
+
+    fn send_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        *self.has_unsent = true;
+        self.outbox.push_content(robot, content)
     }
 
     fn send(&mut self, frame: &[u8]) {

@@ -2,7 +2,8 @@
 
 use std::hash::Hash;
 
-use bittybuzz_comms::queue::{Inbox, Outbox};
+use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
+use bittybuzz_robot_spec::LONG_MAX;
 use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
@@ -16,6 +17,9 @@ pub trait InQueue {
     /// Adds the frames that wait to a digest.
     fn add_to(&self, digest: &mut Digest);
 
+    /// Returns true if fragments of a message have arrived.
+    fn is_assembling(&self) -> bool;
+
     /// Adds a received frame.
     fn push(&mut self, frame: &[u8], sighting: FrameSighting);
 
@@ -23,8 +27,12 @@ pub trait InQueue {
     /// far as the link knows it.
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)>;
 
-    /// Returns the number of frames for which there was no room.
-    fn dropped(&self) -> u16;
+    /// Copies the content of the long message that [`InQueue::pop`] has returned last, and returns
+    /// its length.
+    fn take_content(&mut self, content: &mut [u8]) -> usize;
+
+    /// Returns the numbers of frames and messages that were not passed on.
+    fn counters(&self) -> QueueCounters;
 
     /// Returns the capacity of the queue in frames, and the frames that wait, oldest first.
     fn waiting(&self) -> (usize, Vec<Vec<u8>>);
@@ -44,11 +52,17 @@ pub trait OutQueue {
     /// Adds a frame that is to be sent.
     fn push(&mut self, frame: &[u8]);
 
+    /// Adds the content of a long message from that robot. Returns false if there is no room for it.
+    fn push_content(&mut self, robot: u16, content: &[u8]) -> bool;
+
     /// Removes the next frame and copies it. Returns its length; 0 if there is none.
     fn pop(&mut self, frame: &mut [u8]) -> usize;
 
     /// Returns true if no frame waits.
     fn is_empty(&self) -> bool;
+
+    /// Returns true if the next frame continues a long message.
+    fn is_within_message(&self) -> bool;
 
     /// Returns the number of frames for which there was no room.
     fn dropped(&self) -> u16;
@@ -57,13 +71,14 @@ pub trait OutQueue {
     fn waiting(&self) -> (usize, Vec<Vec<u8>>);
 }
 
-/// A number profile, and queues for 1 to [`QUEUED_MAX`] of its frames.
+/// A number profile, and queues for 1 to [`QUEUED_MAX`] of its frames and up to [`LONG_MAX`] long
+/// messages.
 pub trait QueueProfile: Profile {
     /// Returns a queue for received frames.
-    fn inbox(length: usize) -> Box<dyn InQueue + Send>;
+    fn inbox(length: usize, messages: usize) -> Box<dyn InQueue + Send>;
 
     /// Returns a queue for frames that are to be sent.
-    fn outbox(length: usize) -> Box<dyn OutQueue + Send>;
+    fn outbox(length: usize, messages: usize) -> Box<dyn OutQueue + Send>;
 }
 
 /// The largest capacity of a queue in frames.
@@ -79,26 +94,28 @@ pub struct Bounded<Q> {
     length: usize,
 }
 
-impl<P: Profile, const FRAME: usize, const PLACES: usize>
-    Bounded<Inbox<P, FrameSighting, FRAME, PLACES>>
+impl<P: Profile, const FRAME: usize, const PLACES: usize, const LONG: usize>
+    Bounded<Inbox<P, FrameSighting, FRAME, PLACES, LONG>>
 {
     /// Returns an empty queue.
-    pub fn inbox(length: usize) -> Self {
+    pub fn inbox(length: usize, messages: usize) -> Self {
         let length = length.min(PLACES);
-        Bounded { queue: Inbox::with_room(FrameSighting::default(), length), length }
+        Bounded { queue: Inbox::with_room(FrameSighting::default(), length, messages), length }
     }
 }
 
-impl<P: Profile, const FRAME: usize, const PLACES: usize> Bounded<Outbox<P, FRAME, PLACES>> {
+impl<P: Profile, const FRAME: usize, const PLACES: usize, const LONG: usize>
+    Bounded<Outbox<P, FRAME, PLACES, LONG>>
+{
     /// Returns an empty queue.
-    pub fn outbox(length: usize) -> Self {
+    pub fn outbox(length: usize, messages: usize) -> Self {
         let length = length.min(PLACES);
-        Bounded { queue: Outbox::with_room(length), length }
+        Bounded { queue: Outbox::with_room(length, messages), length }
     }
 }
 
-impl<P: Profile, const FRAME: usize, const PLACES: usize> InQueue
-    for Bounded<Inbox<P, FrameSighting, FRAME, PLACES>>
+impl<P: Profile, const FRAME: usize, const PLACES: usize, const LONG: usize> InQueue
+    for Bounded<Inbox<P, FrameSighting, FRAME, PLACES, LONG>>
 where
     Self: Clone + Send + 'static,
 {
@@ -114,28 +131,37 @@ where
         });
     }
 
+    fn is_assembling(&self) -> bool {
+        self.queue.is_assembling()
+    }
+
     fn push(&mut self, frame: &[u8], sighting: FrameSighting) {
         self.queue.push(frame, sighting);
     }
 
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)> {
-        let (bytes, sighting) = self.queue.pop()?;
-        let length = bytes.len().min(frame.len());
-        frame[..length].copy_from_slice(&bytes[..length]);
+        let room = frame.first_chunk_mut().expect("a machine reads its longest frame");
+        let (length, sighting) = self.queue.pop(room)?;
         Some((length, *sighting))
     }
 
-    fn dropped(&self) -> u16 {
-        self.queue.counters().dropped
+    fn take_content(&mut self, content: &mut [u8]) -> usize {
+        self.queue.take_content(content)
+    }
+
+    fn counters(&self) -> QueueCounters {
+        self.queue.counters()
     }
 
     fn waiting(&self) -> (usize, Vec<Vec<u8>>) {
-        (self.length, self.queue.frames().map(<[u8]>::to_vec).collect())
+        let mut frames = Vec::new();
+        self.queue.show(|frame| frames.push(frame.to_vec()));
+        (self.length, frames)
     }
 }
 
-impl<P: Profile, const FRAME: usize, const PLACES: usize> OutQueue
-    for Bounded<Outbox<P, FRAME, PLACES>>
+impl<P: Profile, const FRAME: usize, const PLACES: usize, const LONG: usize> OutQueue
+    for Bounded<Outbox<P, FRAME, PLACES, LONG>>
 where
     Self: Clone + Send + 'static,
 {
@@ -155,17 +181,25 @@ where
         self.queue.push(frame);
     }
 
+    fn push_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        self.queue.push_content(robot, content)
+    }
+
     fn pop(&mut self, frame: &mut [u8]) -> usize {
+        let mut next = [0; FRAME];
         // No frame of the machine is longer than the longest frame of the link.
-        self.queue.pop().map_or(0, |next| {
-            frame.iter_mut().zip(&**next).for_each(|(to, from)| *to = *from);
-            next.len()
+        self.queue.pop(&mut next).map_or(0, |length| {
+            frame[..length].copy_from_slice(&next[..length]);
+            length
         })
     }
 
     fn is_empty(&self) -> bool {
-        // The length of the inner queue includes the places that are not used.
-        self.queue.frames().next().is_none()
+        self.queue.is_empty()
+    }
+
+    fn is_within_message(&self) -> bool {
+        self.queue.is_within_message()
     }
 
     fn dropped(&self) -> u16 {
@@ -173,7 +207,9 @@ where
     }
 
     fn waiting(&self) -> (usize, Vec<Vec<u8>>) {
-        (self.length, self.queue.frames().map(<[u8]>::to_vec).collect())
+        let mut frames = Vec::new();
+        self.queue.show(|frame| frames.push(frame.to_vec()));
+        (self.length, frames)
     }
 }
 
@@ -192,6 +228,10 @@ impl InQueue for Box<dyn InQueue + Send> {
         (**self).add_to(digest);
     }
 
+    fn is_assembling(&self) -> bool {
+        (**self).is_assembling()
+    }
+
     fn push(&mut self, frame: &[u8], sighting: FrameSighting) {
         (**self).push(frame, sighting);
     }
@@ -200,8 +240,12 @@ impl InQueue for Box<dyn InQueue + Send> {
         (**self).pop(frame)
     }
 
-    fn dropped(&self) -> u16 {
-        (**self).dropped()
+    fn take_content(&mut self, content: &mut [u8]) -> usize {
+        (**self).take_content(content)
+    }
+
+    fn counters(&self) -> QueueCounters {
+        (**self).counters()
     }
 
     fn waiting(&self) -> (usize, Vec<Vec<u8>>) {
@@ -232,12 +276,20 @@ impl OutQueue for Box<dyn OutQueue + Send> {
         (**self).push(frame);
     }
 
+    fn push_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        (**self).push_content(robot, content)
+    }
+
     fn pop(&mut self, frame: &mut [u8]) -> usize {
         (**self).pop(frame)
     }
 
     fn is_empty(&self) -> bool {
         (**self).is_empty()
+    }
+
+    fn is_within_message(&self) -> bool {
+        (**self).is_within_message()
     }
 
     fn dropped(&self) -> u16 {
@@ -249,15 +301,19 @@ impl OutQueue for Box<dyn OutQueue + Send> {
     }
 }
 
+const LONG: usize = LONG_MAX as usize;
+
 macro_rules! queues {
     ($profile:ty, $frame:expr) => {
         impl QueueProfile for $profile {
-            fn inbox(length: usize) -> Box<dyn InQueue + Send> {
-                Box::new(Bounded::<Inbox<$profile, _, { $frame }, QUEUED_MAX>>::inbox(length))
+            fn inbox(length: usize, messages: usize) -> Box<dyn InQueue + Send> {
+                type Queue = Inbox<$profile, FrameSighting, { $frame }, QUEUED_MAX, LONG>;
+                Box::new(Bounded::<Queue>::inbox(length, messages))
             }
 
-            fn outbox(length: usize) -> Box<dyn OutQueue + Send> {
-                Box::new(Bounded::<Outbox<$profile, { $frame }, QUEUED_MAX>>::outbox(length))
+            fn outbox(length: usize, messages: usize) -> Box<dyn OutQueue + Send> {
+                type Queue = Outbox<$profile, { $frame }, QUEUED_MAX, LONG>;
+                Box::new(Bounded::<Queue>::outbox(length, messages))
             }
         }
     };

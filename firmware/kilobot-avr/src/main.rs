@@ -289,10 +289,9 @@ impl App {
             true => robot.has_contained() && self.sent.is_multiple_of(16),
             false => self.script.is_over() || self.sent.is_multiple_of(2),
         };
-        let message = match if is_turn { None } else { robot.outbox.pop() } {
-            Some(next) => {
-                let mut frame = [0; infrared::FRAME];
-                next.copy_to(&mut frame);
+        let mut frame = [0; infrared::FRAME];
+        let message = match if is_turn { None } else { robot.outbox.pop(&mut frame) } {
+            Some(_) => {
                 let [kind, data @ ..] = &frame;
                 infrared::sealed(*kind, data)
             }
@@ -301,7 +300,7 @@ impl App {
             None => return,
         };
         if speak::speak(&registers(), self.transmitters, &message) {
-            self.sender.sent(now);
+            self.sender.sent(now, robot.outbox.is_within_message());
             self.sent = self.sent.wrapping_add(1);
         } else {
             // The low byte of timer 1 serves as a random number, since the timers of two robots
@@ -309,7 +308,7 @@ impl App {
             let random = registers().TC1.tcnt1().read().bits() as u8;
             self.sender.collided(now, random);
             let [data @ .., kind, _, _] = &message;
-            robot.outbox.push(&infrared::frame(*kind, data));
+            robot.outbox.unpop(&infrared::frame(*kind, data));
         }
     }
 }

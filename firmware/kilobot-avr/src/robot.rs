@@ -28,9 +28,9 @@ pub struct KilobotHost {
     pub color: Color,
     /// The frames that wait for the script, each with the distance in mm, or 0 if the distance is
     /// unknown.
-    pub inbox: Inbox<Tiny, u8, { toml::FRAME_BYTES }, { toml::IN_QUEUE }>,
+    pub inbox: Inbox<Tiny, u8, { toml::FRAME_BYTES }, { toml::IN_QUEUE }, { toml::IN_LONG }>,
     /// The frames that wait to be sent.
-    pub outbox: Outbox<Tiny, { toml::FRAME_BYTES }, { toml::OUT_QUEUE }>,
+    pub outbox: Outbox<Tiny, { toml::FRAME_BYTES }, { toml::OUT_QUEUE }, { toml::OUT_LONG }>,
     /// The running `delay`.
     pub delay: Delay,
     /// The lower half of the script's hash.
@@ -144,16 +144,23 @@ impl Host<Tiny> for KilobotHost {
     }
 
     fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<Tiny>) -> Option<usize> {
-        let (heard, distance) = self.inbox.pop()?;
-        let length = heard.copy_to(frame.first_chunk_mut()?);
+        let (length, distance) = self.inbox.pop(frame.first_chunk_mut()?)?;
         if *distance != 0 {
             *sighting = Sighting::at(Value::float_from_int(i32::from(*distance)));
         }
         Some(length)
     }
 
+    fn receive_content(&mut self, content: &mut [u8]) -> usize {
+        self.inbox.take_content(content)
+    }
+
     fn send(&mut self, frame: &[u8]) {
         self.outbox.push(frame);
+    }
+
+    fn send_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        self.outbox.push_content(robot, content)
     }
 
     fn contain<C: ByteCode, const SLOTS: usize>(

@@ -28,20 +28,33 @@ pub trait MailQueues<P: Profile> {
     /// `frame` is shorter than the longest frame.
     fn receive(&self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize>;
 
+    /// Takes the content of a long message; see `bittybuzz_vm_core::Host::receive_content`.
+    fn receive_content(&self, content: &mut [u8]) -> usize;
+
     /// Marks the beginning of a step: its broadcasts may replace waiting ones.
     fn begin_step(&self);
 
     /// Queues a frame of the script.
     fn send(&self, frame: &[u8]);
 
+    /// Queues a long message of the script. Returns false if there is no room for it.
+    fn send_content(&self, robot: u16, content: &[u8]) -> bool;
+
     /// Returns the numbers of frames that the full queues dropped since the start: received ones,
     /// and ones to be sent.
     fn dropped(&self) -> [u16; 2];
+
+    /// Returns the number of received long messages that were not completed.
+    fn incomplete(&self) -> u16;
 }
 
 /// A robot without a link has no queues.
 impl<P: Profile> MailQueues<P> for Infallible {
     fn receive(&self, _frame: &mut [u8], _sighting: &mut Sighting<P>) -> Option<usize> {
+        match *self {}
+    }
+
+    fn receive_content(&self, _content: &mut [u8]) -> usize {
         match *self {}
     }
 
@@ -53,19 +66,43 @@ impl<P: Profile> MailQueues<P> for Infallible {
         match *self {}
     }
 
+    fn send_content(&self, _robot: u16, _content: &[u8]) -> bool {
+        match *self {}
+    }
+
     fn dropped(&self) -> [u16; 2] {
+        match *self {}
+    }
+
+    fn incomplete(&self) -> u16 {
         match *self {}
     }
 }
 
-/// The queues of `IN` received frames and `OUT` frames to be sent, of at most `FRAME` bytes each.
-pub struct Mail<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> {
-    inbox: Shared<Inbox<P, Sighting<P>, FRAME, IN>>,
-    outbox: Shared<Outbox<P, FRAME, OUT>>,
+/// The queues of `IN` received frames and `OUT` frames to be sent, of at most `FRAME` bytes each,
+/// and of `LONG_IN` and `LONG_OUT` long messages.
+pub struct Mail<
+    P: Profile,
+    const FRAME: usize,
+    const IN: usize,
+    const OUT: usize,
+    const LONG_IN: usize,
+    const LONG_OUT: usize,
+> {
+    inbox: Shared<Inbox<P, Sighting<P>, FRAME, IN, LONG_IN>>,
+    outbox: Shared<Outbox<P, FRAME, OUT, LONG_OUT>>,
     waiting: Signal<CriticalSectionRawMutex, ()>,
 }
 
-impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, FRAME, IN, OUT> {
+impl<
+    P: Profile,
+    const FRAME: usize,
+    const IN: usize,
+    const OUT: usize,
+    const LONG_IN: usize,
+    const LONG_OUT: usize,
+> Mail<P, FRAME, IN, OUT, LONG_IN, LONG_OUT>
+{
     /// Returns empty queues.
     pub const fn new() -> Self {
         let nobody = Sighting { robot: None, place: None };
@@ -116,21 +153,31 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Mail<P, 
 
     /// Takes the next frame to be sent, and returns its length.
     pub fn next_unsent(&self, frame: &mut [u8; FRAME]) -> Option<usize> {
-        with(&self.outbox, |outbox| Some(outbox.pop()?.copy_to(frame)))?
+        with(&self.outbox, |outbox| outbox.pop(frame))?
     }
 }
 
-impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> MailQueues<P>
-    for Mail<P, FRAME, IN, OUT>
+impl<
+    P: Profile,
+    const FRAME: usize,
+    const IN: usize,
+    const OUT: usize,
+    const LONG_IN: usize,
+    const LONG_OUT: usize,
+> MailQueues<P> for Mail<P, FRAME, IN, OUT, LONG_IN, LONG_OUT>
 {
     fn receive(&self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
         let frame = frame.first_chunk_mut()?;
         with(&self.inbox, |inbox| {
-            let (received, from) = inbox.pop()?;
+            let (length, from) = inbox.pop(frame)?;
             // The fields are copied one by one, which a Cortex-M0 does in place.
             (sighting.robot, sighting.place) = (from.robot, from.place);
-            Some(received.copy_to(frame))
+            Some(length)
         })?
+    }
+
+    fn receive_content(&self, content: &mut [u8]) -> usize {
+        with(&self.inbox, |inbox| inbox.take_content(content)).unwrap_or(0)
     }
 
     fn begin_step(&self) {
@@ -142,13 +189,29 @@ impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> MailQueu
         self.waiting.signal(());
     }
 
+    fn send_content(&self, robot: u16, content: &[u8]) -> bool {
+        let is_queued = with(&self.outbox, |outbox| outbox.push_content(robot, content));
+        self.waiting.signal(());
+        is_queued.unwrap_or(true)
+    }
+
     fn dropped(&self) -> [u16; 2] {
         [self.unread().dropped, self.unsent().dropped]
     }
+
+    fn incomplete(&self) -> u16 {
+        self.unread().incomplete
+    }
 }
 
-impl<P: Profile, const FRAME: usize, const IN: usize, const OUT: usize> Default
-    for Mail<P, FRAME, IN, OUT>
+impl<
+    P: Profile,
+    const FRAME: usize,
+    const IN: usize,
+    const OUT: usize,
+    const LONG_IN: usize,
+    const LONG_OUT: usize,
+> Default for Mail<P, FRAME, IN, OUT, LONG_IN, LONG_OUT>
 {
     fn default() -> Self {
         Self::new()

@@ -105,7 +105,7 @@ pub trait RobotHost<P: Profile> {
         Instant::now().as_micros() as u16
     }
 
-    /// Returns the queues of the robot's link; `None` if the robot has no link. The next four
+    /// Returns the queues of the robot's link; `None` if the robot has no link. The next seven
     /// functions use them. The type is known to the compiler, because a call through a table would
     /// take 13 cycles more for each message of a Zooid.
     fn mail(&self) -> Option<&'static (impl MailQueues<P> + 'static)> {
@@ -115,6 +115,12 @@ pub trait RobotHost<P: Profile> {
     /// Takes the next received frame; see [`Host::receive`](bittybuzz_vm_core::Host::receive).
     fn receive(&mut self, frame: &mut [u8], sighting: &mut Sighting<P>) -> Option<usize> {
         self.mail()?.receive(frame, sighting)
+    }
+
+    /// Takes the content of a long message; see
+    /// [`Host::receive_content`](bittybuzz_vm_core::Host::receive_content).
+    fn receive_content(&mut self, content: &mut [u8]) -> usize {
+        self.mail().map_or(0, |mail| mail.receive_content(content))
     }
 
     /// Marks the beginning of a step: its messages may replace waiting ones of the step before.
@@ -131,10 +137,20 @@ pub trait RobotHost<P: Profile> {
         }
     }
 
+    /// Queues a long message; see [`Host::send_content`](bittybuzz_vm_core::Host::send_content).
+    fn send_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        self.mail().is_none_or(|mail| mail.send_content(robot, content))
+    }
+
     /// Returns the numbers of frames that the full queues dropped since the start: received ones,
     /// and ones to be sent.
     fn dropped(&self) -> [u16; 2] {
         self.mail().map_or([0; 2], |mail| mail.dropped())
+    }
+
+    /// Returns the number of received long messages that were not completed.
+    fn incomplete(&self) -> u16 {
+        self.mail().map_or(0, |mail| mail.incomplete())
     }
 
     /// Sends a record to the trace. It is called between slices only.
@@ -378,7 +394,9 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         if !R::HAS_TRACE {
             return;
         }
-        let unused = Unused { dropped: self.robot.dropped(), messages: self.vm.counters() };
+        let mut messages = self.vm.counters();
+        messages.incomplete = messages.incomplete.saturating_add(self.robot.incomplete());
+        let unused = Unused { dropped: self.robot.dropped(), messages };
         if unused != self.unused {
             self.unused = unused;
             self.robot.report(&trace::unused(&unused));

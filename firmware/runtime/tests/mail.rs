@@ -13,7 +13,7 @@ use bittybuzz_vm_core::number::{Full, Rng};
 use bittybuzz_vm_core::{Sighting, Value};
 use embassy_time::Instant;
 
-type SmallMail = Mail<Full, 20, 3, 3>;
+type SmallMail = Mail<Full, 20, 3, 3, 1, 1>;
 
 /// Returns a broadcast of a robot on a topic, in the format of docs/wire-format.md: type, robot,
 /// topic, value, hash.

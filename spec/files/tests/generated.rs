@@ -20,9 +20,9 @@ fn main() {
     println!("{} {} {} {}", robot::NAME, robot::PROFILE, robot::MATHS, is_led);
     println!("on fault: {}", if robot::ON_FAULT_STOPS { "stop" } else { "restart" });
     println!(
-        "{} {} {} {} {} {} {} {} {} {}",
+        "{} {} {} {} {} {} {} {} {} {} {} {}",
         robot::TICK_HZ, robot::MESSAGE_BYTES, robot::MEMORY, robot::QUEUE_MEMORY, robot::SLOTS, robot::NEIGHBORS,
-        robot::IN_QUEUE, robot::OUT_QUEUE, robot::STIGMERGY_ENTRIES, robot::SWARMS,
+        robot::IN_QUEUE, robot::OUT_QUEUE, robot::IN_LONG, robot::OUT_LONG, robot::STIGMERGY_ENTRIES, robot::SWARMS,
     );
     for (hash, name) in robot::FUNCTIONS {
         println!("{hash} {name}");
@@ -62,6 +62,8 @@ fn expected(robot: &Robot) -> String {
         vm.neighbors,
         vm.in_queue,
         vm.out_queue,
+        vm.in_long,
+        vm.out_long,
         vm.stigmergy_entries,
         vm.swarms,
     ];

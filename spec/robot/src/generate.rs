@@ -41,6 +41,8 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
         ("BEARINGS", u32::from(vm.bearings), "1 if it is known in which direction they are."),
         ("IN_QUEUE", vm.in_queue, "Messages that can wait to be read."),
         ("OUT_QUEUE", vm.out_queue, "Messages that can wait to be sent."),
+        ("IN_LONG", vm.in_long, "Long messages that can be received at once."),
+        ("OUT_LONG", vm.out_long, "Long messages that can wait to be sent."),
         ("STIGMERGY_ENTRIES", vm.stigmergy_entries, "Entries of all stigmergies together."),
         ("SWARMS", vm.swarms, "Swarms known at a time."),
         ("FRAME_BYTES", robot.frame_bytes(), "Bytes of a frame: its type and a message."),

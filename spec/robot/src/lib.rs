@@ -170,6 +170,10 @@ impl OnFault {
         [("restart", OnFault::Restart), ("stop", OnFault::Stop)];
 }
 
+/// The largest number of long messages that a robot can receive at once, or that can wait to be
+/// sent.
+pub const LONG_MAX: u32 = 16;
+
 /// Sizes of the virtual machine of a robot. A size of 0 leaves its feature out, if 0 is allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VmSizes {
@@ -185,6 +189,11 @@ pub struct VmSizes {
     pub in_queue: u32,
     /// Messages that can wait to be sent.
     pub out_queue: u32,
+    /// Long messages, which travel in fragments, that can be received at once, at most
+    /// [`LONG_MAX`]; 1 if left out.
+    pub in_long: u32,
+    /// Long messages that can wait to be sent, at most [`LONG_MAX`]; 1 if left out.
+    pub out_long: u32,
     /// Entries of all stigmergies together; 0 leaves `stigmergy` out.
     pub stigmergy_entries: u32,
     /// The largest number of swarms that are known, at most 8; 0 leaves `swarm` out.

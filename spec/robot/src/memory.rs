@@ -10,16 +10,21 @@ use crate::{NumberProfile, Robot, VmSizes};
 /// fields are aligned. The build of the firmware checks this number.
 const REGISTERS: [u32; 2] = [84, 100];
 
-/// Bytes of the protocol: the time of messages to be sent, counters, and the fragments that have
-/// arrived.
-const PROTOCOL: u32 = 60;
+/// Bytes of the protocol: the times of messages to be sent, and counters.
+const PROTOCOL: u32 = 51;
 /// Bytes that a queue adds to a frame: the number of the next frame, and the priority, which
 /// includes whether the frame is stale.
 const QUEUED: u32 = 2;
-/// Bytes of a queue: the counts of dropped and double frames, and the place of the oldest frame. On
-/// Cortex-M also the alignment, the protection between tasks, and the queue's half of the signal
-/// that wakes the sending task.
-const QUEUE: [u32; 2] = [5, 18];
+/// Bytes of a queue: the counts of dropped, double and incomplete messages, and the place of the
+/// oldest frame. On Cortex-M also the alignment, the protection between tasks, and the queue's half
+/// of the signal that wakes the sending task.
+const QUEUE: [u32; 2] = [7, 20];
+/// Bytes that the queue adds to the content of a long message that arrives: sender, length, number,
+/// fragments and the number of the last one; and to one that waits to be sent: its length.
+const ARRIVING: u32 = 7;
+const LEAVING: u32 = 2;
+/// Bytes for the turns of long messages in both queues.
+const TURNS: [u32; 2] = [11, 16];
 
 /// The first letters of the names of AVR chips.
 const AVR: [&str; 2] = ["ATmega", "ATtiny"];
@@ -89,13 +94,23 @@ impl Robot {
         (in_queue + out_queue) * (frame + QUEUED)
             + in_queue * self.sighting_bytes()
             + 2 * self.of_chip(QUEUE)
+            + self.long_memory()
+    }
+
+    /// Returns the bytes of the queues for long messages.
+    pub fn long_memory(&self) -> u32 {
+        let VmSizes { in_long, out_long, .. } = self.vm;
+        let content = u32::from(FRAGMENTS_MAX) * (self.frame_bytes() - FRAGMENT_HEAD as u32);
+        let arriving = ARRIVING + self.sighting_bytes();
+        in_long * (content + self.of_chip([arriving, arriving.next_multiple_of(4)]))
+            + out_long * (content + LEAVING)
+            + self.of_chip(TURNS)
     }
 
     /// Returns the bytes for neighbors, messages, stigmergies and swarms. A listener or a conflict
     /// handler is a value of the script and does not count.
     fn swarm_memory(&self) -> u32 {
-        let content = u32::from(FRAGMENTS_MAX) * (self.frame_bytes() - FRAGMENT_HEAD as u32);
-        self.sizes().slots() as u32 * self.slot_bytes() + self.queue_memory() + content + PROTOCOL
+        self.sizes().slots() as u32 * self.slot_bytes() + self.queue_memory() + PROTOCOL
     }
 
     /// Returns the largest number of slots for scripts that the memory has room for.

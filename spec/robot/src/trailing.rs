@@ -65,6 +65,8 @@ impl Robot {
             (Part::Neighbors, &mut self.vm.neighbors),
             (Part::Swarms, &mut self.vm.swarms),
             (Part::Stigmergy, &mut self.vm.stigmergy_entries),
+            (Part::LongMessages, &mut self.vm.in_long),
+            (Part::LongMessages, &mut self.vm.out_long),
         ] {
             if !parts.has(part) {
                 *size = 0;

@@ -7,6 +7,7 @@ use std::fmt::Write;
 use std::hint::black_box;
 
 use bittybuzz_robot_spec::NumberProfile as ProfileName;
+use bittybuzz_vm_core::message::Fragment;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{
     Axis, ByteCode, CallArguments, CountedCode, Entry, Host, Image, Outcome, Reply, RobotFault,
@@ -131,7 +132,7 @@ fn measure<P: Profile>(data: &[u8], profile: ProfileName) -> bool {
     }
     let per_slot = if P::FULL { PER_TEXT_SLOT } else { PER_SLOT };
     let most = per_slot * SCRIPT_SLOTS as u64 + PER_BYTE * image.len() as u64 + CONSTANT;
-    let mut link = Echo { frames: VecDeque::new() };
+    let mut link = Echo { frames: VecDeque::new(), contents: VecDeque::new() };
     let mut has_ended = false;
     for entry in [Entry::Global, Entry::Init, Entry::Step, Entry::Step] {
         if !vm.begin(entry) {
@@ -174,6 +175,9 @@ fn guide(share: u64) {
 /// A robot that receives its own frames as if another robot had sent them.
 struct Echo {
     frames: VecDeque<Vec<u8>>,
+    /// The contents of the long messages in `frames`, which has the first bytes of a fragment for
+    /// each.
+    contents: VecDeque<Vec<u8>>,
 }
 
 impl<P: Profile> Host<P> for Echo {
@@ -202,8 +206,25 @@ impl<P: Profile> Host<P> for Echo {
         Some(received.len())
     }
 
+    fn receive_content(&mut self, content: &mut [u8]) -> usize {
+        let received = self.contents.pop_front().expect("each head in the queue has a content");
+        content[..received.len()].copy_from_slice(&received);
+        received.len()
+    }
+
+    fn send_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        let has_room = self.frames.len() < 30;
+        if has_room {
+            let robot = robot.wrapping_add(1);
+            let head = Fragment { robot, number: 0, index: 0, last: false, content: &[] }.head();
+            self.frames.push_back(head.to_vec());
+            self.contents.push_back(content.to_vec());
+        }
+        has_room
+    }
+
     fn send(&mut self, frame: &[u8]) {
-        // The sender of a beacon, a broadcast and a fragment (docs/wire-format.md).
+        // The sender of a beacon and a broadcast (docs/wire-format.md).
         let mut frame = frame.to_vec();
         if let [_, low, ..] = frame.as_mut_slice() {
             *low = low.wrapping_add(1);

@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_vm_core::hash::name_hash;
+use bittybuzz_vm_core::message::FRAGMENT_HEAD;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Argument, Axis, ByteCode, CallArguments, Calls, Fault, Host, Periods, Reply, RobotFault,
@@ -315,8 +316,17 @@ impl<P: Profile> Host<P> for Recorder {
         Some(length)
     }
 
+    fn receive_content(&mut self, content: &mut [u8]) -> usize {
+        self.link.take_content(content)
+    }
+
     fn send(&mut self, frame: &[u8]) {
         self.link.send(frame);
+    }
+
+    fn send_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        let piece = size_of::<P::Frame>() - FRAGMENT_HEAD;
+        self.link.send_content(robot, content, piece)
     }
 
     fn contain<C: ByteCode, const SLOTS: usize>(

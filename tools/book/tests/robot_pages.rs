@@ -96,6 +96,8 @@ fn limits(robot: &Robot) -> String {
         ("swarms", vm.swarms.to_string()),
         ("messages that can wait to be read", vm.in_queue.to_string()),
         ("messages that can wait to be sent", vm.out_queue.to_string()),
+        ("long messages that can be received at once", vm.in_long.to_string()),
+        ("long messages that can wait to be sent", vm.out_long.to_string()),
     ];
     rows.extend(robot.chip.as_ref().map(|chip| ("chip", chip.clone())));
     if let Some(budget) = &robot.budget {

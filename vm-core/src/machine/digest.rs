@@ -4,7 +4,7 @@
 use core::hash::{Hash, Hasher};
 use core::ops::Range;
 
-use super::network::{Assembly, Protocol};
+use super::network::Protocol;
 use super::{Vm, VmState};
 use crate::bytecode::ByteCode;
 use crate::number::{Profile, TextWork};
@@ -47,7 +47,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 }
 
-impl<P: Profile> Protocol<P> {
+impl Protocol {
     fn hash_state<H: Hasher>(&self, hasher: &mut H) {
         let Protocol { sizes, stigmergies, step, last_sender, shares, has_dirty_entries, .. } =
             self;
@@ -58,10 +58,7 @@ impl<P: Profile> Protocol<P> {
         (interval, timers, newest, advertised, relayed, answers).hash(hasher);
         let Protocol { reclaimed, age, turn, unadvertised, has_dropped, meets_beacon, .. } = self;
         (reclaimed, age, turn, unadvertised, has_dropped, meets_beacon).hash(hasher);
-        let Protocol { digest, clock, jitter, counters, assembly, .. } = self;
+        let Protocol { digest, clock, jitter, counters, .. } = self;
         (digest, clock, jitter, counters).hash(hasher);
-        let Assembly { robot, number, present, all, length, pause, content } = assembly;
-        (robot, number, present, all, length, pause).hash(hasher);
-        hasher.write(content.as_ref());
     }
 }

@@ -42,7 +42,7 @@ pub use inspect::{
     ValueKind,
 };
 use network::Protocol;
-pub use network::{Assembling, KnownSwarm, Neighbor, StoredEntry, Trigger};
+pub use network::{KnownSwarm, Neighbor, StoredEntry, Trigger};
 
 /// The slot of the machine's own global: the table of the changes that the script made to libraries
 /// (see [`library`]), and of its listeners and handlers.
@@ -140,7 +140,7 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     network_base: u16,
     /// True if the script uses neighbors, swarms or stigmergies.
     uses_network: bool,
-    protocol: Protocol<P>,
+    protocol: Protocol,
     // Last, so that the AVR reaches the other fields with short instructions.
     arena: Arena<P, SLOTS>,
 }

@@ -45,9 +45,9 @@ pub enum ContentItem<P: Profile> {
     Function(u16),
 }
 
-const BROADCAST: u8 = 0;
+pub(super) const BROADCAST: u8 = 0;
 const ENTRY: u8 = 1;
-const TEXT: u8 = 4;
+pub(super) const TEXT: u8 = 4;
 const TABLE: u8 = 5;
 const FUNCTION: u8 = 6;
 

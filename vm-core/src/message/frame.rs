@@ -5,8 +5,7 @@
 //! in direction, so one function does both for all kinds.
 
 use super::{
-    FRAGMENT_HEAD, Fragment, FrameKind, Ignored, STIGMERGIES, ScriptIdentity, StigmergyEntry,
-    Swarms,
+    FRAGMENT_HEAD, FrameKind, Ignored, STIGMERGIES, ScriptIdentity, StigmergyEntry, Swarms,
 };
 use crate::network::Buffer;
 use crate::number::{Profile, Word};
@@ -16,11 +15,6 @@ const BROADCAST: u8 = 0x04;
 const BEACON: u8 = 0x08;
 const SWARMS: u8 = 0x09;
 const DIGEST: u8 = 0x0a;
-const FRAGMENT: u8 = 0x10;
-/// Fragment: set in the last one.
-const LAST: u8 = 0x08;
-/// Fragment: the bits of its position in the message.
-const INDEX: u8 = 0x07;
 /// Entry: the unit of the field that holds the stigmergy's number plus one.
 const STIGMERGY: u8 = 0x20;
 /// Entry: the key is a string.
@@ -63,7 +57,8 @@ impl<P: Profile> Frame<P> {
         self.0.as_ref().get(..length).unwrap_or(&[])
     }
 
-    /// Opens the frame of that length in the buffer, and returns its kind.
+    /// Opens the frame of that length in the buffer, and returns its kind. A fragment needs no
+    /// content: it stands for a whole message, whose content the host has.
     #[hot]
     pub(crate) fn open(
         &mut self,
@@ -71,15 +66,13 @@ impl<P: Profile> Frame<P> {
         script: &ScriptIdentity,
     ) -> Result<FrameKind, Ignored> {
         let kind = FrameKind::of_quickly(self.byte(0)).ok_or(Ignored::Malformed)?;
-        let content = usize::from(kind == FrameKind::Fragment);
-        if self.length(kind).is_none_or(|needed| needed + content > length) {
+        if self.length(kind).is_none_or(|needed| needed > length) {
             return Err(Ignored::Malformed);
         }
         if self.translate(kind, script, false) { Ok(kind) } else { Err(Ignored::Foreign) }
     }
 
-    /// Seals an open frame and returns its length, for a fragment without its content. Returns
-    /// `None` if there is no such frame.
+    /// Seals an open frame and returns its length. Returns `None` if there is no such frame.
     #[one_copy]
     pub(crate) fn seal(&mut self, script: &ScriptIdentity) -> Option<usize> {
         let first = self.byte(0);
@@ -266,19 +259,6 @@ impl<P: Profile> Frame<P> {
         Swarms { count: info & 0x0f, joined: info >> 4, ids }
     }
 
-    /// Returns a fragment. `content` holds the bytes after its head.
-    #[hot]
-    pub(crate) fn fragment<'a>(&self, content: &'a [u8]) -> Fragment<'a> {
-        let first = self.byte(0);
-        Fragment {
-            robot: self.robot(),
-            number: self.byte(3),
-            index: first & INDEX,
-            last: first & LAST != 0,
-            content,
-        }
-    }
-
     /// Makes an empty frame an open beacon.
     #[hot]
     pub(crate) fn put_beacon(&mut self, robot: u16) {
@@ -349,15 +329,6 @@ impl<P: Profile> Frame<P> {
             self.set_number(IDS + 4, c);
             self.set_number(IDS + 6, d);
         }
-    }
-
-    /// Makes an empty frame the head of a fragment.
-    #[hot]
-    pub(crate) fn put_fragment(&mut self, fragment: &Fragment<'_>) {
-        let last = if fragment.last { LAST } else { 0 };
-        self.set_byte(0, FRAGMENT | last | fragment.index & INDEX);
-        self.set_number(ROBOT, fragment.robot);
-        self.set_byte(3, fragment.number);
     }
 }
 

@@ -15,7 +15,7 @@ mod plain;
 mod waiting;
 
 pub use check::crc16;
-pub use waiting::replaces;
+pub use waiting::{is_broadcast, replaces, replaces_content};
 
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -35,7 +35,7 @@ pub const FRAGMENTS_MAX: u8 = 8;
 pub const FRAGMENT_HEAD: usize = 4;
 /// The version of the format. The script hash covers it, so that robots with another version count
 /// as foreign.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 /// The greatest clock of a stigmergy entry. The clock after it is 1.
 pub const CLOCK_MAX: u32 = (1 << 22) - 1;
 /// Entries of stigmergies with a number below this one in messages have a kind of frame of their
@@ -134,6 +134,39 @@ pub enum Ignored {
     Foreign,
     /// The frame is too short, or its type is unknown.
     Malformed,
+}
+
+/// The type byte of the first fragment, unless it is the last one, too.
+pub const FRAGMENT: u8 = 0x10;
+/// The bit of a fragment's type byte that is set in the last one.
+const LAST: u8 = 0x08;
+/// The bits of a fragment's type byte that hold its position in the message.
+const INDEX: u8 = 0x07;
+
+impl<'a> Fragment<'a> {
+    /// Reads a fragment. Returns `None` if the frame is none, or has no content.
+    #[inline]
+    pub fn parse(frame: &'a [u8]) -> Option<Fragment<'a>> {
+        let ([first, low, high, number], content) = frame.split_first_chunk()?;
+        if first & !(LAST | INDEX) != FRAGMENT || content.is_empty() {
+            return None;
+        }
+        Some(Fragment {
+            robot: u16::from_le_bytes([*low, *high]),
+            number: *number,
+            index: first & INDEX,
+            last: first & LAST != 0,
+            content,
+        })
+    }
+
+    /// Returns the bytes before the content.
+    #[inline]
+    pub fn head(&self) -> [u8; FRAGMENT_HEAD] {
+        let last = if self.last { LAST } else { 0 };
+        let [low, high] = self.robot.to_le_bytes();
+        [FRAGMENT | last | self.index & INDEX, low, high, self.number]
+    }
 }
 
 /// Kinds of frames, by ascending priority.

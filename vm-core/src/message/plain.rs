@@ -1,12 +1,15 @@
 //! Conversion between messages and frames, for tools that inspect them outside of a machine.
 
 use super::frame::Frame;
-use super::{CLOCK_MAX, FRAGMENT_HEAD, FrameKind, Ignored, Message, ScriptIdentity};
+use super::{CLOCK_MAX, Fragment, FrameKind, Ignored, Message, ScriptIdentity};
 use crate::number::Profile;
 
 impl<'a, P: Profile> Message<'a, P> {
     /// Reads a frame. Bytes after those of the message are ignored.
     pub fn decode(bytes: &'a [u8], script: ScriptIdentity) -> Result<Self, Ignored> {
+        if let Some(fragment) = Fragment::parse(bytes) {
+            return Ok(Message::Fragment(fragment));
+        }
         let mut frame = Frame::<P>::EMPTY;
         for (to, from) in frame.bytes_mut().iter_mut().zip(bytes) {
             *to = *from;
@@ -17,9 +20,8 @@ impl<'a, P: Profile> Message<'a, P> {
             FrameKind::Beacon => Message::Beacon { robot },
             FrameKind::Digest => Message::Digest { robot, digest: frame.digest() },
             FrameKind::Swarms => Message::Swarms { robot, swarms: frame.swarms() },
-            FrameKind::Fragment => {
-                Message::Fragment(frame.fragment(bytes.get(FRAGMENT_HEAD..).unwrap_or(&[])))
-            }
+            // It has no content.
+            FrameKind::Fragment => return Err(Ignored::Malformed),
             FrameKind::Broadcast => {
                 let (topic, value) = frame.broadcast();
                 Message::Broadcast { robot, topic, value }
@@ -33,11 +35,17 @@ impl<'a, P: Profile> Message<'a, P> {
     pub fn encode(&self, script: ScriptIdentity, bytes: &mut [u8]) -> Option<usize> {
         let mut frame = Frame::<P>::EMPTY;
         match self {
+            Message::Fragment(fragment) if fragment.content.is_empty() => return None,
+            Message::Fragment(fragment) => {
+                let (head, rest) = bytes.split_first_chunk_mut()?;
+                *head = fragment.head();
+                rest.get_mut(..fragment.content.len())?.copy_from_slice(fragment.content);
+                return Some(head.len().wrapping_add(fragment.content.len()));
+            }
             Message::Beacon { robot } => frame.put_beacon(*robot),
             Message::Digest { digest, .. } if *digest >> 24 != 0 => return None,
             Message::Digest { robot, digest } => frame.put_digest(*robot, *digest),
             Message::Swarms { robot, swarms } => frame.put_swarms(*robot, swarms),
-            Message::Fragment(fragment) => frame.put_fragment(fragment),
             Message::Broadcast { robot, topic, value } => {
                 frame.put_broadcast(*robot, *topic, *value)?;
             }
@@ -45,15 +53,7 @@ impl<'a, P: Profile> Message<'a, P> {
             Message::Entry(entry) => frame.put_entry(entry, 0)?,
         }
         let length = frame.seal(&script)?;
-        let (head, rest) = bytes.split_at_mut_checked(length)?;
-        head.copy_from_slice(frame.bytes(length));
-        if let Message::Fragment(fragment) = self {
-            if fragment.content.is_empty() {
-                return None;
-            }
-            rest.get_mut(..fragment.content.len())?.copy_from_slice(fragment.content);
-            return Some(length.wrapping_add(fragment.content.len()));
-        }
+        bytes.get_mut(..length)?.copy_from_slice(frame.bytes(length));
         Some(length)
     }
 }

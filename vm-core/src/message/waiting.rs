@@ -1,6 +1,8 @@
-//! The comparison of frames by which a queue replaces a waiting frame with a newer one.
+//! The comparison of frames, and of long messages, by which a queue replaces a waiting one with a
+//! newer one.
 
 use super::FrameKind;
+use super::content::{BROADCAST, TEXT};
 use crate::number::Profile;
 use crate::stamp::is_earlier;
 
@@ -59,6 +61,48 @@ pub fn replaces<P: Profile>(kind: FrameKind, new: &[u8], waiting: &[u8], is_stal
         || new_clock == old_clock
             && new[ROBOT] == waiting[ROBOT]
             && new[ROBOT + 1] == waiting[ROBOT + 1]
+}
+
+// The offsets in a content after its check: the kind; of a broadcast its topic; of an entry its
+// stigmergy, owner, clock and key.
+const CHECK_BYTES: usize = 2;
+const CONTENT_NAME: usize = 1;
+const CONTENT_OWNER: usize = 3;
+const CONTENT_KEY: usize = 10;
+
+/// Returns true for the content of a broadcast, and false for that of an entry of a stigmergy.
+pub fn is_broadcast(content: &[u8]) -> bool {
+    content.get(CHECK_BYTES) == Some(&BROADCAST)
+}
+
+/// Returns true if a new content, which this robot sends, makes a waiting one useless. An entry
+/// replaces one of its key, because a robot's entries do not become older. A broadcast replaces a
+/// stale one on its topic.
+#[one_copy]
+pub fn replaces_content<P: Profile>(new: &[u8], waiting: &[u8], is_stale: bool) -> bool {
+    let is_entry = !is_broadcast(new);
+    if !is_entry && !is_stale {
+        return false;
+    }
+    let (Some(new), Some(waiting)) = (new.get(CHECK_BYTES..), waiting.get(CHECK_BYTES..)) else {
+        return false;
+    };
+    let name = if is_entry { CONTENT_KEY } else { CONTENT_NAME };
+    // The stigmergy, or nothing, and the tag and the word of the name.
+    let stigmergy = if is_entry { bytes(CONTENT_NAME, CONTENT_OWNER) } else { 0 };
+    if !same(new, waiting, 0xff, stigmergy | bytes(name, name + 1 + P::WORD_BYTES)) {
+        return false;
+    }
+    // A text has its length after the tag.
+    if P::FULL
+        && let Some([TEXT, length, ..]) = new.get(name..)
+    {
+        let end = name + 2 + usize::from(*length);
+        if new.get(name..end) != waiting.get(name..end) {
+            return false;
+        }
+    }
+    true
 }
 
 /// Returns the clock of an entry.

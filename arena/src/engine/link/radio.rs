@@ -14,6 +14,12 @@ const UNIT_US: u32 = 128;
 /// The period of kilolib's timer: 256 units. kilolib asks for a message at each interrupt.
 const TIMER_US: u32 = 256 * UNIT_US;
 
+/// The time from one fragment of a long message to the next, in units of 128 µs, and the most
+/// fragments for which the pause after the message makes up: as in the firmware
+/// (robots/kilobot/link/src/sender.rs).
+const SPACING: u16 = 256;
+const EARLY_MAX: u8 = 5;
+
 /// Returns the time in µs before its own start in which a transmitter cannot sense the start of
 /// another one.
 const fn blind_us(medium: Medium) -> i32 {
@@ -44,6 +50,8 @@ pub(crate) struct RobotRadio {
     interrupt: i32,
     /// Infrared: time between two timer interrupts.
     period: i32,
+    /// Infrared: the number of fragments that were sent [`SPACING`] after another one.
+    early: u8,
 }
 
 impl RobotRadio {
@@ -68,13 +76,14 @@ impl RobotRadio {
             script: build.below(TICK_US.saturating_sub(wait).max(1)) as i32,
             interrupt: build.below(period.max(1)) as i32,
             period: period as i32,
+            early: 0,
         }
     }
 
     /// Adds the complete state to a digest.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
-        let RobotRadio { late, waits, attempt, ready, script, interrupt, period } = self;
-        (waits, attempt, ready, script, interrupt, period).hash(digest);
+        let RobotRadio { late, waits, attempt, ready, script, interrupt, period, early } = self;
+        (waits, attempt, ready, script, interrupt, period, early).hash(digest);
         digest.text_of(late);
     }
 
@@ -144,12 +153,27 @@ impl RobotRadio {
         };
     }
 
-    /// Plans the next attempt after a frame that started at `self.attempt`.
-    pub(crate) fn sent(&mut self, medium: Medium, pacing: &Media, stream: &mut Stream) {
+    /// Plans the next attempt after a frame that started at `self.attempt`. `is_within` is true if
+    /// the next frame continues a long message.
+    pub(crate) fn sent(
+        &mut self,
+        medium: Medium,
+        pacing: &Media,
+        is_within: bool,
+        stream: &mut Stream,
+    ) {
         let end = self.attempt + medium.air_time_us() as i32;
         self.attempt = match medium {
             Medium::Infrared => {
-                let pause = u32::from(pacing.infrared.tx_period) * UNIT_US;
+                let period = u32::from(pacing.infrared.tx_period);
+                let spacing = period.min(SPACING.into());
+                let units = if is_within {
+                    self.early = (self.early + 1).min(EARLY_MAX);
+                    spacing
+                } else {
+                    period + u32::from(core::mem::take(&mut self.early)) * (period - spacing)
+                };
+                let pause = units * UNIT_US;
                 self.ready = end.max(self.attempt + pause as i32);
                 self.timer(self.ready)
             }
@@ -209,7 +233,7 @@ mod tests {
                 }
                 last = Some(at);
                 sent += 1;
-                radio.sent(Medium::Infrared, &pacing, &mut stream);
+                radio.sent(Medium::Infrared, &pacing, false, &mut stream);
             }
         }
         assert!((114..=115).contains(&sent), "{sent} frames in a minute");

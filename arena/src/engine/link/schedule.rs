@@ -150,7 +150,7 @@ fn carry_out(
         let link = *link;
         let transmission = Transmission { start: at, from: robot, link, x, y, z, claim, packet };
         send(transmission, window, air, seen);
-        radio.sent(medium, pacing, &mut stream);
+        radio.sent(medium, pacing, brain.is_within_message(), &mut stream);
         if !radio.waits {
             return None;
         }

@@ -188,8 +188,16 @@ impl<P: Profile, H: Host<P>> Host<P> for TextMeter<'_, H> {
         self.host.receive(frame, sighting)
     }
 
+    fn receive_content(&mut self, content: &mut [u8]) -> usize {
+        self.host.receive_content(content)
+    }
+
     fn send(&mut self, frame: &[u8]) {
         self.host.send(frame);
+    }
+
+    fn send_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        self.host.send_content(robot, content)
     }
 
     fn is_slice_over(&mut self) -> bool {

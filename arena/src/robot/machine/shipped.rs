@@ -16,9 +16,21 @@ use super::{Loaded, Scripted};
 
 include!(concat!(env!("OUT_DIR"), "/machines.rs"));
 
-/// A machine with queues of at most these lengths.
-type Exact<P, const FRAME: usize, const SLOTS: usize, const IN: usize, const OUT: usize> =
-    Scripted<P, Bounded<Inbox<P, FrameSighting, FRAME, IN>>, Bounded<Outbox<P, FRAME, OUT>>, SLOTS>;
+/// A machine with queues of at most these lengths, for frames and for long messages.
+type Exact<
+    P,
+    const FRAME: usize,
+    const SLOTS: usize,
+    const IN: usize,
+    const OUT: usize,
+    const LONG_IN: usize,
+    const LONG_OUT: usize,
+> = Scripted<
+    P,
+    Bounded<Inbox<P, FrameSighting, FRAME, IN, LONG_IN>>,
+    Bounded<Outbox<P, FRAME, OUT, LONG_OUT>>,
+    SLOTS,
+>;
 
 /// Loads a machine that is at least as large as the robot file says.
 fn load_exact<
@@ -27,18 +39,20 @@ fn load_exact<
     const SLOTS: usize,
     const IN: usize,
     const OUT: usize,
+    const LONG_IN: usize,
+    const LONG_OUT: usize,
 >(
     context: &GroupContext,
     id: u16,
     seed: u32,
 ) -> Loaded
 where
-    Exact<P, FRAME, SLOTS, IN, OUT>: Send,
-    Bounded<Inbox<P, FrameSighting, FRAME, IN>>: Send,
-    Bounded<Outbox<P, FRAME, OUT>>: Send,
+    Exact<P, FRAME, SLOTS, IN, OUT, LONG_IN, LONG_OUT>: Send,
+    Bounded<Inbox<P, FrameSighting, FRAME, IN, LONG_IN>>: Send,
+    Bounded<Outbox<P, FRAME, OUT, LONG_OUT>>: Send,
 {
-    let [inbox, outbox] = context.queues;
-    let inbox = Bounded::<Inbox<P, FrameSighting, FRAME, IN>>::inbox(inbox);
-    let outbox = Bounded::<Outbox<P, FRAME, OUT>>::outbox(outbox);
-    Exact::<P, FRAME, SLOTS, IN, OUT>::load(context, inbox, outbox, id, seed)
+    let [inbox, outbox, in_long, out_long] = context.queues;
+    let inbox = Bounded::<Inbox<P, FrameSighting, FRAME, IN, LONG_IN>>::inbox(inbox, in_long);
+    let outbox = Bounded::<Outbox<P, FRAME, OUT, LONG_OUT>>::outbox(outbox, out_long);
+    Exact::<P, FRAME, SLOTS, IN, OUT, LONG_IN, LONG_OUT>::load(context, inbox, outbox, id, seed)
 }

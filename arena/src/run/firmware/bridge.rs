@@ -19,10 +19,10 @@ use std::time::Duration;
 
 use bittybuzz_comms::infrared;
 use bittybuzz_comms::nrf24::{PAYLOAD_MAX, Payload};
-use bittybuzz_comms::queue::Inbox;
+use bittybuzz_comms::queue::{Inbox, Outbox};
 use bittybuzz_comms::syslink::{P2P_MAX, SWARM_PORT, SwarmFrame};
 use bittybuzz_emulation::message::Command;
-use bittybuzz_vm_core::message::{FrameKind, TINY_FRAME};
+use bittybuzz_vm_core::message::{FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, FrameKind, TINY_FRAME};
 use bittybuzz_vm_core::number::Tiny;
 
 use crate::engine::Medium;
@@ -46,6 +46,10 @@ const LIGHT_PAUSE: Duration = Duration::from_millis(200);
 const ECHO_TIME_MAX: Duration = Duration::from_millis(500);
 /// The number of messages that can wait for infrared.
 const WAITING_MAX: usize = 32;
+/// The number of long messages that can arrive at once, or wait for infrared, and the bytes of the
+/// longest one.
+const LONG_MAX: usize = 16;
+const CONTENT_BYTES: usize = FRAGMENTS_MAX as usize * (TINY_FRAME - FRAGMENT_HEAD);
 /// Strength of the Crazyradio's signal, in -dBm.
 const RSSI: u8 = 50;
 
@@ -61,7 +65,10 @@ pub struct Bridge {
     id: u16,
     /// The bytes of an incomplete line.
     line: Vec<u8>,
-    for_light: Inbox<Tiny, (), TINY_FRAME, WAITING_MAX>,
+    for_light: Inbox<Tiny, (), TINY_FRAME, WAITING_MAX, 0>,
+    /// Long messages for the light: those that are not yet complete, and those that wait.
+    arriving: Inbox<Tiny, (), TINY_FRAME, 1, LONG_MAX>,
+    long_for_light: Outbox<Tiny, TINY_FRAME, 1, LONG_MAX>,
     /// The time when the controller is free for the next message.
     light_free: Duration,
     /// The time when each dongle is free to send.
@@ -81,6 +88,8 @@ impl Bridge {
             id,
             line: Vec::new(),
             for_light: Inbox::new(()),
+            arriving: Inbox::new(()),
+            long_for_light: Outbox::new(),
             light_free: Duration::ZERO,
             radio_free: [Duration::ZERO; 2],
             for_radio: VecDeque::new(),
@@ -129,11 +138,35 @@ impl Bridge {
             return;
         }
         if from != Medium::Infrared {
-            self.for_light.push(frame, ());
+            self.queue_for_light(frame);
         }
         for radio in RADIOS.into_iter().filter(|radio| *radio != from) {
             self.for_radio.push_back((at + USB_DELAY, radio, frame.to_owned()));
         }
+    }
+
+    /// Queues a frame for the controller. Fragments wait until their message is complete, since the
+    /// light is slower than the radios.
+    fn queue_for_light(&mut self, frame: &[u8]) {
+        let Some(Fragment { robot, .. }) = Fragment::parse(frame) else {
+            self.for_light.push(frame, ());
+            return;
+        };
+        self.arriving.push(frame, ());
+        if self.arriving.pop(&mut [0; TINY_FRAME]).is_some() {
+            let mut content = [0; CONTENT_BYTES];
+            let length = self.arriving.take_content(&mut content);
+            self.long_for_light.push_content(robot, &content[..length]);
+        }
+    }
+
+    fn next_for_light(&mut self, frame: &mut [u8; TINY_FRAME]) -> Option<usize> {
+        if !self.long_for_light.is_within_message()
+            && let Some((length, ())) = self.for_light.pop(frame)
+        {
+            return Some(length);
+        }
+        self.long_for_light.pop(frame)
     }
 
     /// Returns the messages to send now. None of them begins before `now`, in the time of the
@@ -147,11 +180,12 @@ impl Bridge {
             sendings
                 .extend(self.packet(medium, at, &frame).map(|command| Sending { medium, command }));
         }
+        let mut frame = [0; TINY_FRAME];
         while self.light_free <= now
-            && let Some((frame, ())) = self.for_light.pop()
+            && let Some(length) = self.next_for_light(&mut frame)
         {
             // A script may send a frame that infrared cannot carry.
-            let Some(message) = infrared::message_of(frame) else { continue };
+            let Some(message) = infrared::message_of(&frame[..length]) else { continue };
             self.light_free = now + LIGHT_PAUSE;
             let begin = now + SERIAL_TIME;
             for repeat in 0..REPEATS {

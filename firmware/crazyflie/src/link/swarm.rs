@@ -12,12 +12,12 @@ use embassy_time::{Duration, Instant, Timer};
 use super::send::send;
 use super::{POSE, STATE};
 use crate::id;
-use crate::robot::{FRAME_BYTES, IN_QUEUE, Numbers, OUT_QUEUE};
+use crate::robot::{FRAME_BYTES, IN_LONG, IN_QUEUE, Numbers, OUT_LONG, OUT_QUEUE};
 use crate::section::Section;
 use bittybuzz_board::log;
 
 /// The messages that wait for the script, and those that wait for the radio.
-pub static MAIL: Mail<Numbers, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
+pub static MAIL: Mail<Numbers, FRAME_BYTES, IN_QUEUE, OUT_QUEUE, IN_LONG, OUT_LONG> = Mail::new();
 
 /// The minimum time between two answers to pings, so that pings do not keep the radio busy.
 const ANSWER_PERIOD: Duration = Duration::from_millis(100);

@@ -100,8 +100,16 @@ impl<P: Profile, R: RobotHost<P>> Host<P> for SliceHost<'_, R> {
         self.robot.receive(frame, sighting)
     }
 
+    fn receive_content(&mut self, content: &mut [u8]) -> usize {
+        self.robot.receive_content(content)
+    }
+
     fn send(&mut self, frame: &[u8]) {
         self.robot.send(frame);
+    }
+
+    fn send_content(&mut self, robot: u16, content: &[u8]) -> bool {
+        self.robot.send_content(robot, content)
     }
 
     fn contain<C: ByteCode, const SLOTS: usize>(

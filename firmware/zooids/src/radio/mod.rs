@@ -11,14 +11,14 @@ use bittybuzz_vm_core::{Sighting, Value};
 use embassy_futures::select::{Either3, select3};
 use embassy_time::{Instant, Timer};
 
-use crate::robot::{FRAME_BYTES, IN_QUEUE, OUT_QUEUE};
+use crate::robot::{FRAME_BYTES, IN_LONG, IN_QUEUE, OUT_LONG, OUT_QUEUE};
 use crate::settings::{chip, setting};
 use crate::{eyes, robot, sensors};
 use bittybuzz_board::log;
 use nrf24::{IRQ, Nrf24};
 
 /// The messages that wait for the script, and those that wait for the radio.
-pub static MAIL: Mail<Tiny, FRAME_BYTES, IN_QUEUE, OUT_QUEUE> = Mail::new();
+pub static MAIL: Mail<Tiny, FRAME_BYTES, IN_QUEUE, OUT_QUEUE, IN_LONG, OUT_LONG> = Mail::new();
 
 /// The counts of payloads since the start: received ones, received ones that are no swarm messages,
 /// and sent ones.

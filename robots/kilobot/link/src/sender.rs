@@ -4,6 +4,12 @@ use crate::clock::is_past;
 
 /// The minimum time from one message to the next: two per second (`kilo_tx_period`).
 const PERIOD: u16 = 3906;
+/// The time from one fragment of a long message to the next, 33 ms: few other robots begin a message
+/// meanwhile, so that receivers have places for all of them.
+const SPACING: u16 = 256;
+/// The most fragments for which the pause after a message makes up, so that the mean rate stays two
+/// per second. The pause is then 2.8 s; neighbors would forget the robot after 3 s.
+const EARLY_MAX: u8 = 5;
 /// The time to the timer's next check, which is awaited while a message is being received.
 const CHECK_PERIOD: u16 = 255;
 
@@ -11,12 +17,14 @@ const CHECK_PERIOD: u16 = 255;
 #[derive(Debug)]
 pub struct Sender {
     next: u16,
+    /// The number of fragments that were sent [`SPACING`] instead of [`PERIOD`] after another one.
+    early: u8,
 }
 
 impl Sender {
     /// Plans the first message `wait` units after `now`, so that robots do not start together.
     pub const fn start(now: u16, wait: u8) -> Self {
-        Sender { next: now.wrapping_add(wait as u16) }
+        Sender { next: now.wrapping_add(wait as u16), early: 0 }
     }
 
     /// Returns true if a message may be sent. Call this function at least every four seconds, even
@@ -35,9 +43,18 @@ impl Sender {
         self.next = now.wrapping_add(CHECK_PERIOD);
     }
 
-    /// Plans the next message after one was sent.
-    pub fn sent(&mut self, now: u16) {
-        self.next = now.wrapping_add(PERIOD);
+    /// Plans the next message after one was sent. `is_within` is true if it was a fragment, and the
+    /// next fragment of the same message waits.
+    pub fn sent(&mut self, now: u16, is_within: bool) {
+        let mut wait = PERIOD;
+        if is_within {
+            wait = SPACING;
+            self.early = (self.early + 1).min(EARLY_MAX);
+        } else {
+            wait += u16::from(self.early) * (PERIOD - SPACING);
+            self.early = 0;
+        }
+        self.next = now.wrapping_add(wait);
     }
 
     /// Plans another attempt after `wait` units, drawn at random, because another robot was

@@ -84,11 +84,33 @@ fn two_messages_a_second() {
     for unit in 0..(60_000.0 / UNIT) as u32 {
         let now = unit as u16;
         if sender.is_due(now) {
-            sender.sent(now);
+            sender.sent(now, false);
             sent += 1;
         }
     }
     assert_eq!(sent, 120);
+}
+
+/// Fragments of a message follow each other closely. The pause after the message makes up for up to
+/// six of them, and is short enough that neighbors do not forget the robot, which takes 3 s.
+#[test]
+fn long_messages_keep_the_mean_rate() {
+    for fragments in 1..=8 {
+        let mut sender = Sender::start(0, 0);
+        let mut times = Vec::new();
+        for unit in 0..(60_000.0 / UNIT) as u32 {
+            if sender.is_due(unit as u16) {
+                times.push(unit);
+                sender.sent(unit as u16, !times.len().is_multiple_of(fragments));
+            }
+        }
+        let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
+        let (most, least) = (gaps.clone().max().unwrap(), gaps.min().unwrap());
+        assert!(f64::from(most) * UNIT < 2850.0, "{fragments} fragments: {most}");
+        assert_eq!(f64::from(least) * UNIT < 100.0, fragments > 1, "{fragments} fragments");
+        let sent = if fragments <= 6 { 118..=126 } else { 126..=160 };
+        assert!(sent.contains(&times.len()), "{fragments} fragments: {}", times.len());
+    }
 }
 
 /// A robot that had no message for longer than the clock's period sends as soon as there is one.

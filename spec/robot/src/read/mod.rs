@@ -16,8 +16,8 @@ use crate::generate::constant;
 use crate::layout::{Layout, PLACE, Region};
 use crate::signature::{self, Parameter, SignatureType};
 use crate::{
-    Budget, Indicator, NumberProfile, OnFault, Robot, RobotFunction, SensorTable, Setting, VmSizes,
-    name_hash,
+    Budget, Indicator, LONG_MAX, NumberProfile, OnFault, Robot, RobotFunction, SensorTable,
+    Setting, VmSizes, name_hash,
 };
 use body::{BODY, SENSOR, SensorNames};
 use effect::SETS;
@@ -75,6 +75,8 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "bearings",
             "in_queue",
             "out_queue",
+            "in_long",
+            "out_long",
             "stigmergy_entries",
             "swarms",
             "maths",
@@ -231,6 +233,8 @@ const DEFAULT_SIZES: VmSizes = VmSizes {
     bearings: true,
     in_queue: 10,
     out_queue: 10,
+    in_long: LONG_MAX,
+    out_long: LONG_MAX,
     stigmergy_entries: 32,
     swarms: 8,
     maths: true,
@@ -263,6 +267,7 @@ fn vm_sizes(vm: &Section<'_>) -> Option<VmSizes> {
     let neighbors = integer(vm, "neighbors", 0..=255);
     let in_queue = integer(vm, "in_queue", 1..=255);
     let out_queue = integer(vm, "out_queue", 1..=255);
+    let long = |key| vm.integer(key, 0..=LONG_MAX).unwrap_or(1);
     let stigmergy_entries = integer(vm, "stigmergy_entries", 0..=100);
     let swarms = integer(vm, "swarms", 0..=8);
     let bearings = vm.boolean("bearings").unwrap_or(true);
@@ -277,6 +282,8 @@ fn vm_sizes(vm: &Section<'_>) -> Option<VmSizes> {
         bearings,
         in_queue: in_queue?,
         out_queue: out_queue?,
+        in_long: long("in_long"),
+        out_long: long("out_long"),
         stigmergy_entries: stigmergy_entries?,
         swarms: swarms?,
         maths,

@@ -304,13 +304,14 @@ const TABLES: &str = "n = 0
         log(n)
     }";
 
-/// Runs 600 steps, in which the forger sends the fragments whose message and index `slow` returns.
-fn received(slow: impl Fn(usize) -> Option<(u8, u8)>) -> i32 {
-    let mut swarm: Swarm<Tiny> = Swarm::new(2, TABLES);
+/// Runs 600 steps, in each of which fragments are forged with the senders, messages and indices that
+/// `forged` returns.
+fn received(forged: impl Fn(usize) -> Vec<(u16, u8, u8)>) -> i32 {
+    let mut swarm: Swarm<Tiny> = Swarm::new(2, TABLES).with_links(Queues::<Tiny, 10, 10>::default);
     for step in 0..600 {
-        if let Some((number, index)) = slow(step) {
+        for (robot, number, index) in forged(step) {
             let content = &[1, 2, 3, 4, 5, 6];
-            let fragment = Fragment { robot: FORGER, number, index, last: false, content };
+            let fragment = Fragment { robot, number, index, last: false, content };
             let frame = swarm.robots[0].frame(&Message::Fragment(fragment));
             swarm.inject(&frame, [0]);
         }
@@ -321,24 +322,31 @@ fn received(slow: impl Fn(usize) -> Option<(u8, u8)>) -> i32 {
 
 #[test]
 fn tables_arrive_without_attacks() {
-    assert_eq!(received(|_| None), 100);
+    assert_eq!(received(|_| Vec::new()), 100);
 }
 
-/// A message that comes on as slowly as it can keeps the room for eight fragments, 16 s; then others have their turn.
+/// A robot has one place for messages that are not complete, however many it begins and however slow
+/// they are.
 #[test]
-fn a_slow_message_occupies_the_fragment_buffer_for_a_limited_time() {
-    let slow = |step: usize| {
-        step.is_multiple_of(19).then_some(((step / 152) as u8, (step / 19 % 8) as u8))
-    };
-    // The second message of the hostile robot begins at step 152, and is not let in at once.
-    let heard = received(|step| if step < 440 { slow(step + 152) } else { slow(step - 440) });
-    assert!(heard > 0, "{heard} of 100");
+fn a_robot_that_finishes_no_message_does_not_block_others() {
+    let slow = |step: usize| (FORGER, (step / 152) as u8, (step / 19 % 8) as u8);
+    let heard =
+        received(|step| step.is_multiple_of(19).then_some(slow(step)).into_iter().collect());
+    assert_eq!(heard, 100, "a fragment each 19 steps");
+    let heard = received(|step| vec![(FORGER, step as u8, 0); 3]);
+    assert_eq!(heard, 100, "three new messages each step");
 }
 
-/// The frames of the hostile robot come first in each step, so it could have the room again whenever that is free. Each
-/// message that it begins keeps the room for 20 steps, and one of the others follows.
+/// Robots that do not exist begin messages, each step another one. The first frames of a step are
+/// theirs.
 #[test]
-fn unfinished_messages_do_not_block_others() {
-    let heard = received(|step| Some((step as u8, 0)));
-    assert!((4..=5).contains(&heard), "{heard} of 100");
+fn fifty_invented_robots_at_most_halve_what_arrives() {
+    let invented = |step: usize| FORGER + (step % 50) as u16;
+    for frames in 1..=3 {
+        let heard = received(|step| {
+            (0..frames).map(|frame| (invented(step * frames + frame), step as u8, 0)).collect()
+        });
+        println!("{frames} frames per step: {heard} of 100");
+        assert!(heard >= 50, "{frames} frames per step: {heard} of 100");
+    }
 }

@@ -66,8 +66,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     break;
                 }
                 left -= 1;
-                self.set_entry_state(at, state & !NEWS);
-                self.send_entry_at(host, at);
+                if self.send_entry_at(host, at) {
+                    self.set_entry_state(at, state & !NEWS);
+                } else {
+                    self.protocol.has_dirty_entries = true;
+                }
             }
         }
         for place in 0..self.sizes().swarms {
@@ -88,7 +91,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         swarms.push(number, self.is_member(place));
         let mut frame = Frame::EMPTY;
         frame.put_swarms(self.robot_id, &swarms);
-        self.send(host, &mut frame, &[]);
+        self.send(host, &mut frame);
     }
 
     /// Notes that an entry has changed: for a while it is advertised often.
@@ -127,9 +130,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         let protocol = &mut self.protocol;
         protocol.tick();
-        if Self::has(Part::LongMessages) {
-            protocol.assembly.pause = protocol.assembly.pause.saturating_sub(1);
-        }
         #[allow(clippy::implicit_saturating_add, reason = "an AVR has no conditional moves")]
         if protocol.silent != u8::MAX {
             protocol.silent += 1;
@@ -180,7 +180,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         } else {
             frame.put_beacon(self.robot_id);
         }
-        self.send(host, &mut frame, &[]);
+        self.send(host, &mut frame);
     }
 
     /// Returns true if the robot keeps all entries of its stigmergies that it receives.
@@ -221,16 +221,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             } else if has_entries {
                 let at = self.entry_slot(place);
                 if self.entry_state(at) != 0 && at != sent {
-                    return self.send_entry_at(host, at);
+                    self.send_entry_at(host, at);
+                    return;
                 }
             }
         }
     }
 
-    /// Sends the entry whose first slot is `at`.
-    fn send_entry_at<H: Host<P>>(&mut self, host: &mut H, at: usize) {
+    /// Sends the entry whose first slot is `at`. Returns false if the host has no room for it.
+    fn send_entry_at<H: Host<P>>(&mut self, host: &mut H, at: usize) -> bool {
         let (entry, digest) = self.entry_message(at);
-        self.send_entry(host, &entry, digest);
+        self.send_entry(host, &entry, digest)
     }
 
     /// Compares a neighbor's digest with the robot's own one. `None` stands for a beacon without a

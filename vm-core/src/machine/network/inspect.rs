@@ -2,7 +2,6 @@
 //! handlers.
 
 use super::neighbors::{AZIMUTH, DISTANCE, ELEVATION, LAST_STEP};
-use super::protocol::{Assembly, Timer};
 use super::stigmergy::{CLOCK, ON_CONFLICT, ON_CONFLICT_LOST, OWN};
 use super::swarms::{MEMBER, NEWS, object_number};
 use crate::bytecode::ByteCode;
@@ -67,19 +66,6 @@ pub enum Trigger<P: Profile> {
     Conflict(u16),
     /// A conflict that this robot lost, in the stigmergy of that number.
     LostConflict(u16),
-}
-
-/// A message of which some fragments were received.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Assembling {
-    /// The sender.
-    pub robot: u16,
-    /// The number of the message, the low byte of its check.
-    pub number: u8,
-    /// Bit n is set if fragment n was received.
-    pub present: u8,
-    /// The bits of all fragments; 0 until the last one was received.
-    pub all: u8,
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -178,13 +164,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
             Some((trigger, function))
         })
-    }
-
-    /// Returns the message of which some fragments were received, if there is one.
-    pub fn assembling(&self) -> Option<Assembling> {
-        let Assembly { robot, number, present, all, .. } = self.protocol.assembly;
-        let is_there = self.protocol.timer(Timer::Assembly) != 0;
-        is_there.then_some(Assembling { robot, number, present, all })
     }
 
     /// Returns the identity of the script, with which tools decode messages that wait in a queue;

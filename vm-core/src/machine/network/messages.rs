@@ -14,7 +14,7 @@ use crate::image::{Entry as EntryOf, FORM_CLASSES};
 use crate::machine::{GLOBALS, Native, Vm, VmState};
 use crate::message::content::Head;
 use crate::message::frame::Frame;
-use crate::message::{FRAGMENT_HEAD, FrameKind, Ignored, ScriptIdentity, StigmergyEntry};
+use crate::message::{FrameKind, Ignored, ScriptIdentity, StigmergyEntry};
 use crate::network::{NetworkCounters, Sighting};
 use crate::number::Profile;
 use crate::part::Part;
@@ -195,8 +195,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 (Value::string(topic), value)
             }
             FrameKind::Fragment if Self::has(Part::LongMessages) => {
-                let content = frame.bytes(length).get(FRAGMENT_HEAD..).unwrap_or(&[]);
-                if !self.assemble(host, &frame.fragment(content))? {
+                if !self.receive_long(host)? {
                     return Ok(());
                 }
                 // Topic and value stay on the stack below the arguments.
@@ -292,7 +291,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         } else if topic.is(Tag::STRING) && b.is_plain() {
             let mut frame = Frame::EMPTY;
             if frame.put_broadcast(self.robot_id, topic.index() as u16, b).is_some() {
-                self.send(host, &mut frame, &[]);
+                self.send(host, &mut frame);
             }
         } else if Self::has(Part::LongMessages) {
             self.send_long(host, Head::Broadcast, topic, b)?;
@@ -302,28 +301,24 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(Value::nil())
     }
 
-    /// Seals and sends an open frame. `content` is the content of a fragment, empty for other
-    /// frames.
+    /// Seals and sends an open frame.
     #[one_copy]
-    pub(super) fn send<H: Host<P>>(&mut self, host: &mut H, frame: &mut Frame<P>, content: &[u8]) {
-        let Some(head) = frame.seal(&self.script()) else { return };
-        let room = frame.bytes_mut().get_mut(head..).unwrap_or(&mut []);
-        if let Some(room) = room.get_mut(..content.len()) {
-            room.copy_from_slice(content);
-        }
-        host.send(frame.bytes(head + content.len()));
+    pub(super) fn send<H: Host<P>>(&mut self, host: &mut H, frame: &mut Frame<P>) {
+        let Some(length) = frame.seal(&self.script()) else { return };
+        host.send(frame.bytes(length));
         self.protocol.silent = 0;
     }
 
-    /// Sends an entry of a stigmergy, in fragments if it does not fit a frame. If there is no
-    /// memory now to walk through its value, the entry is not sent until its next turn.
+    /// Sends an entry of a stigmergy, as a long message if it does not fit a frame. If there is no
+    /// memory now to walk through its value, the entry is not sent until its next turn. Returns
+    /// false if the host has no room for it.
     #[one_copy]
     pub(super) fn send_entry<H: Host<P>>(
         &mut self,
         host: &mut H,
         entry: &StigmergyEntry<P>,
         digest: u16,
-    ) {
+    ) -> bool {
         let mut frame = Frame::EMPTY;
         if frame.put_entry(entry, digest).is_none() {
             // A machine without this part has no such entries: see `sendable`.
@@ -331,17 +326,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 let StigmergyEntry { stigmergy, owner, clock, key, value } = *entry;
                 let (sp, state) = (self.sp, self.state);
                 let head = Head::Entry { stigmergy, owner, clock, digest };
-                if self.send_long(host, head, key, value).is_err() {
+                return self.send_long(host, head, key, value).unwrap_or_else(|_| {
                     self.sp = sp;
                     self.state = state;
                     self.protocol.count(Count::Incomplete);
-                }
+                    true
+                });
             }
-            return;
+            return true;
         }
         // The frame does not name its sender, so it does not replace a beacon.
         let silent = self.protocol.silent;
-        self.send(host, &mut frame, &[]);
+        self.send(host, &mut frame);
         self.protocol.silent = silent;
+        true
     }
 }

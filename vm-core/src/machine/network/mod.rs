@@ -40,8 +40,8 @@ use crate::network::{ENTRY, Sizes};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::{Tag, Value};
-pub use inspect::{Assembling, KnownSwarm, Neighbor, StoredEntry, Trigger};
-pub(super) use protocol::{Assembly, Protocol};
+pub use inspect::{KnownSwarm, Neighbor, StoredEntry, Trigger};
+pub(super) use protocol::Protocol;
 use swarms::object_number;
 
 /// Returns true for a function of `neighbors` that iterates over them.

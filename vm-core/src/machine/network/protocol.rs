@@ -1,11 +1,9 @@
-//! The state of the protocol: the timers for sending, the message of which some fragments were
-//! received, and the counters.
+//! The state of the protocol: the timers for sending, and the counters.
 //!
 //! Neighbors, swarms and entries of stigmergies are not here: they are slots of the arena, above
 //! those of the script.
 
-use crate::network::{Buffer, Sizes};
-use crate::number::Profile;
+use crate::network::Sizes;
 
 /// The bit of [`Protocol::digest`] that is set while the sum in the lower 24 bits is valid. A
 /// change of an entry clears it.
@@ -35,9 +33,9 @@ pub(in crate::machine) enum Conflict {
     Failed,
 }
 
-/// The timers for sending, the message of which some fragments were received, and the counters.
+/// The timers for sending, and the counters.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::machine) struct Protocol<P: Profile> {
+pub(in crate::machine) struct Protocol {
     pub(in crate::machine) sizes: Sizes,
     /// The number of stigmergies that the script has created.
     pub(in crate::machine) stigmergies: u8,
@@ -63,7 +61,7 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     /// Steps between two advertisements of entries.
     pub(in crate::machine) interval: u8,
     /// The steps that are left of each [`Timer`].
-    pub(in crate::machine) timers: [u8; 4],
+    pub(in crate::machine) timers: [u8; 3],
     /// The first slot of the entry that changed last; 0 if none has changed.
     pub(in crate::machine) newest: u16,
     /// The place of the entry that was advertised last. Places after those of all entries stand for
@@ -93,7 +91,6 @@ pub(in crate::machine) struct Protocol<P: Profile> {
     pub(in crate::machine) jitter: u16,
     /// The counters of [`NetworkCounters`](crate::network::NetworkCounters), by [`Count`].
     pub(in crate::machine) counters: [u16; 7],
-    pub(in crate::machine) assembly: Assembly<P>,
 }
 
 /// A timer, which counts steps down to zero.
@@ -106,33 +103,13 @@ pub(in crate::machine) enum Timer {
     Relay,
     /// Steps until a digest may be sent before an advertisement.
     Digest,
-    /// Steps until the message of which some fragments were received is dropped; 0 if there is
-    /// none.
-    Assembly,
 }
 
-/// A message of which some fragments were received.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::machine) struct Assembly<P: Profile> {
-    pub(in crate::machine) robot: u16,
-    pub(in crate::machine) number: u8,
-    /// Bit i is set if fragment i was received.
-    pub(in crate::machine) present: u8,
-    /// The bits of all fragments; 0 until the last one was received.
-    pub(in crate::machine) all: u8,
-    /// The length of the whole message in bytes; valid once the last fragment was received.
-    pub(in crate::machine) length: u16,
-    /// Steps in which `robot` may not begin another message, since a fragment of another robot
-    /// found no room.
-    pub(in crate::machine) pause: u8,
-    pub(in crate::machine) content: P::Content,
-}
-
-impl<P: Profile> Protocol<P> {
+impl Protocol {
     /// All zeros.
     pub(in crate::machine) const EMPTY: Self = Protocol {
         sizes: Sizes::NONE,
-        timers: [0; 4],
+        timers: [0; 3],
         stigmergies: 0,
         step: 0,
         last_sender: 0,
@@ -158,15 +135,6 @@ impl<P: Profile> Protocol<P> {
         clock: 0,
         jitter: 0,
         counters: [0; 7],
-        assembly: Assembly {
-            robot: 0,
-            number: 0,
-            present: 0,
-            all: 0,
-            length: 0,
-            pause: 0,
-            content: P::Content::ZERO,
-        },
     };
 
     /// Forgets the exchange with other robots under another script. State that only delays a
@@ -184,7 +152,6 @@ impl<P: Profile> Protocol<P> {
         self.has_dropped = false;
         self.digest = 0;
         self.clock = 0;
-        self.set_timer(Timer::Assembly, 0);
     }
 
     /// Prepares a new start of the same script. Knowledge of other robots stays.

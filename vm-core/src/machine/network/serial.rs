@@ -1,9 +1,10 @@
-//! Values that do not fit a frame: their way from the heap to the content of fragments, and back.
+//! Values that do not fit a frame: their way from the heap to the content of a long message, and
+//! back. The queues of the link cut contents into fragments, and join them again.
 //!
 //! Nested tables are walked without recursion: the state of each outer table lies on the machine's
 //! stack.
 
-use super::protocol::{Count, Timer};
+use super::protocol::Count;
 use crate::arena::CELL;
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
@@ -12,17 +13,12 @@ use crate::host::Host;
 use crate::image::CAPTURES;
 use crate::machine::Vm;
 use crate::message::content::{self, ContentItem, ContentReader, ContentWriter, Head};
-use crate::message::frame::Frame;
-use crate::message::{self, FRAGMENT_HEAD, FRAGMENTS_MAX, Fragment, STIGMERGIES};
+use crate::message::{self, STIGMERGIES};
 use crate::network::Buffer;
 use crate::number::Profile;
 use crate::number::wide::IS_WIDE;
 use crate::part::Part;
 use crate::value::{Tag, Value};
-
-/// Steps without a new fragment after which an incomplete message is dropped. A Kilobot sends two
-/// frames per second.
-const PATIENCE: u8 = 20;
 
 // Slots of the state of a table that is being read.
 const TABLE: usize = 0;
@@ -37,11 +33,6 @@ const READING: usize = 4;
 const VISITED: usize = VISIT + 2;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Returns the number of bytes of content in a fragment.
-    fn fragment_bytes() -> usize {
-        P::Frame::ZERO.as_ref().len().saturating_sub(FRAGMENT_HEAD)
-    }
-
     /// Returns the value as an entry of a stigmergy keeps it, and the digest of key and value. A
     /// table is copied, so that later changes to it do not change the entry. Fails if the value
     /// cannot be sent. Key and value must be on the stack.
@@ -102,7 +93,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(copy)
     }
 
-    /// Sends a topic or key with a value that does not fit a frame.
+    /// Sends a topic or key with a value that does not fit a frame. Returns false if the host has no
+    /// room for it.
     #[one_copy]
     pub(super) fn send_long<H: Host<P>>(
         &mut self,
@@ -110,32 +102,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         head: Head,
         first: Value<P>,
         value: Value<P>,
-    ) -> Result<(), Stopped> {
+    ) -> Result<bool, Stopped> {
         let mut content = P::Content::ZERO;
         let writer = self.write(head, first, value, content.as_mut())?;
         let length = writer.finish().unwrap_or(0);
-        self.send_fragments(host, content.as_ref().get(..length).unwrap_or(&[]));
-        Ok(())
-    }
-
-    /// Sends a content in fragments. The number of the message is a part of its check, so fragments
-    /// of the same content complete each other, whichever transmission they come from.
-    fn send_fragments<H: Host<P>>(&mut self, host: &mut H, content: &[u8]) {
-        let robot = self.robot_id;
-        let number = content.first().copied().unwrap_or(0);
-        let mut rest = content;
-        for index in 0..FRAGMENTS_MAX {
-            let length = rest.len().min(Self::fragment_bytes());
-            let Some((content, after)) = rest.split_at_checked(length) else { break };
-            rest = after;
-            let last = rest.is_empty();
-            let mut frame = Frame::EMPTY;
-            frame.put_fragment(&Fragment { robot, number, index, last, content });
-            self.send(host, &mut frame, content);
-            if last {
-                break;
-            }
+        let content = content.as_ref().get(..length).unwrap_or(&[]);
+        let is_sent = host.send_content(self.robot_id, content);
+        if is_sent {
+            self.protocol.silent = 0;
         }
+        Ok(is_sent)
     }
 
     /// Writes the content of a message, without its check. Fails if there is no room for it.
@@ -226,86 +202,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Adds a fragment to the others of its message. A complete entry is merged. For a complete
+    /// Takes the content of a long message from the host and reads it. An entry is merged. For a
     /// broadcast, leaves topic and value on the stack and returns true.
     #[one_copy]
-    pub(super) fn assemble<H: Host<P>>(
-        &mut self,
-        host: &mut H,
-        fragment: &Fragment<'_>,
-    ) -> Result<bool, Stopped> {
-        let piece = Self::fragment_bytes();
-        let Fragment { robot, number, index, last, content: part } = *fragment;
-        let waits = self.protocol.timer(Timer::Assembly) != 0;
-        let assembly = &mut self.protocol.assembly;
-        let is_other = assembly.robot != robot;
-        if !waits || is_other || assembly.number != number {
-            // A robot that begins another message has ended the one before. If fragments of another
-            // robot found no room meanwhile, another robot has the next turn, so that no robot
-            // keeps the only buffer for long messages by starting again and again.
-            let gives_way = if is_other { !waits } else { assembly.pause == 0 };
-            if gives_way {
-                assembly.robot = robot;
-                assembly.number = number;
-                assembly.present = 0;
-                assembly.all = 0;
-            }
-            if is_other {
-                assembly.pause = if gives_way { 0 } else { PATIENCE };
-            }
-            if waits {
-                self.protocol.count(Count::Incomplete);
-            }
-            if !gives_way {
-                return Ok(false);
-            }
-        }
-        if !last && part.len() != piece {
-            self.protocol.count(Count::Malformed);
-            return Ok(false);
-        }
-        let assembly = &mut self.protocol.assembly;
-        let from = usize::from(index) * piece;
-        let room = assembly.content.as_mut();
-        if IS_WIDE
-            && let Some(to) = room.get_mut(from..from + part.len())
-            && part.len() <= piece
-        {
-            to.copy_from_slice(part);
-        } else {
-            for (to, byte) in room.iter_mut().skip(from).zip(part.iter().take(piece)) {
-                *to = *byte;
-            }
-        }
-        let bit = 1 << index;
-        let is_new = assembly.present & bit == 0;
-        assembly.present |= bit;
-        if last {
-            assembly.all = bit | (bit - 1);
-            assembly.length = (from + part.len().min(piece)) as u16;
-        }
-        let is_complete = assembly.all != 0 && assembly.present & assembly.all == assembly.all;
-        let length = usize::from(assembly.length);
-        // A repeated fragment is no progress.
-        if is_complete || is_new {
-            let steps = if is_complete { 0 } else { PATIENCE };
-            self.protocol.set_timer(Timer::Assembly, steps);
-        }
-        if !is_complete {
-            return Ok(false);
-        }
-        if let Some(head) = self.read_flat(length)? {
+    pub(super) fn receive_long<H: Host<P>>(&mut self, host: &mut H) -> Result<bool, Stopped> {
+        let mut content = P::Content::ZERO;
+        let length = host.receive_content(content.as_mut());
+        let content = content.as_ref().get(..length).unwrap_or(&[]);
+        if let Some(head) = self.read_flat(content)? {
             return self.take_message(host, head);
         }
-        // The content is copied, since another message may arrive while this one is handled.
-        let content = self.protocol.assembly.content;
-        let content = content.as_ref().get(..length).unwrap_or(&[]);
         let (head, reader) = ContentReader::new(content, self.script());
         self.deliver(host, head, reader)
     }
 
-    /// Reads a complete message; the result is that of [`Vm::assemble`].
-    #[one_copy]
+    /// Reads a content; the result is that of [`Vm::receive_long`].
+    #[hot]
     fn deliver<H: Host<P>>(
         &mut self,
         host: &mut H,
@@ -321,7 +233,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.take_message(host, head)
     }
 
-    /// Handles a message whose two values are on the stack; the result is that of [`Vm::assemble`].
+    /// Handles a message whose two values are on the stack; the result is that of
+    /// [`Vm::receive_long`].
     #[hot]
     fn take_message<H: Host<P>>(&mut self, host: &mut H, head: Head) -> Result<bool, Stopped> {
         let (first, second) = (self.top(2), self.top(1));
@@ -423,14 +336,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 const FLAT: usize = 9;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
-    /// Reads the complete message of that length in one pass: pushes its two values and returns its
-    /// head. Returns `None` and changes nothing if the message is invalid, if it has tables in
-    /// tables, or if there is no room for it without a collection.
-    fn read_flat(&mut self, length: usize) -> Result<Option<Head>, Stopped> {
+    /// Reads a content in one pass: pushes its two values and returns its head. Returns `None` and
+    /// changes nothing if the content is invalid, if it has tables in tables, or if there is no
+    /// room for it without a collection.
+    fn read_flat(&mut self, content: &[u8]) -> Result<Option<Head>, Stopped> {
         if !IS_WIDE {
             return Ok(None);
         }
-        let content = self.protocol.assembly.content.as_ref().get(..length).unwrap_or(&[]);
         let (head, reader) = ContentReader::new(content, self.script());
         let mut values = [Value::nil(); FLAT];
         let Some((count, has_table)) = reader.plain(&mut values) else { return Ok(None) };
