@@ -26,6 +26,7 @@ mod inspection;
 mod kilobot_motion;
 mod links;
 mod loads;
+mod long_messages;
 mod memory_files;
 mod numbers;
 mod observer;
