@@ -103,7 +103,7 @@ fn eight_messages_take_little_of_a_step() {
     println!("8 messages in a step: {step:.0} cycles, {:.3} ms; the paper: 4.45 ms", ms(step));
     println!("with their reception: {whole:.0} cycles, {:.3} ms", ms(whole));
     // The goal for the step is 0.2 ms: docs/performance.md.
-    assert!(step <= 9_600.0 && whole <= 38_000.0, "{step} {whole}");
+    assert!(step <= 9_600.0 && whole <= 41_000.0, "{step} {whole}");
 }
 
 /// The distance from a source in hops, from the broadcasts of eight neighbors: what a step costs beyond one that has nothing to do.
