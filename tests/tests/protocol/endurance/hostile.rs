@@ -233,11 +233,11 @@ fn forged_clocks() {
     endures(&[(Attack::ForgedClocks, 20.0)], (1.0, 0, 1.0), (0.98, 40, 0.15));
 }
 
-/// Two of the six classes are long messages, which take the only room for them.
+/// Two of the six classes are long messages, which take room in the queues.
 #[test]
 fn forged_values() {
-    endures(&[(Attack::ForgedValues, 1.0)], (1.0, 0, 0.8), (0.98, 20, 0.016));
-    endures(&[(Attack::ForgedValues, 20.0)], (1.0, 0, 0.0), (0.95, 30, 0.0));
+    endures(&[(Attack::ForgedValues, 1.0)], (1.0, 0, 0.8), (0.98, 20, 0.15));
+    endures(&[(Attack::ForgedValues, 20.0)], (1.0, 0, 0.55), (0.95, 30, 0.15));
 }
 
 /// They fill the store for good, but no known key loses its place.
@@ -258,40 +258,38 @@ fn invented_robots() {
 #[test]
 fn replays() {
     endures(&[(Attack::Replays, 1.0)], (1.0, 0, 1.0), (0.99, 20, 0.15));
-    endures(&[(Attack::Replays, 20.0)], (1.0, 0, 0.2), (0.98, 40, 0.12));
+    endures(&[(Attack::Replays, 20.0)], (1.0, 0, 0.8), (0.98, 40, 0.14));
 }
 
-/// A message that does not come on keeps the room for 20 steps, a frame in five steps as well as 20 in one; then another one
-/// gets through.
+/// A robot has one place for messages that are not complete.
 #[test]
 fn repeated_fragments() {
-    endures(&[(Attack::RepeatedFragments, 0.2)], (1.0, 0, 0.07), (0.98, 30, 0.01));
-    endures(&[(Attack::RepeatedFragments, 20.0)], (1.0, 0, 0.045), (0.98, 20, 0.004));
+    endures(&[(Attack::RepeatedFragments, 0.2)], (1.0, 0, 0.8), (0.98, 30, 0.15));
+    endures(&[(Attack::RepeatedFragments, 20.0)], (1.0, 0, 0.8), (0.98, 20, 0.15));
 }
 
-/// So do messages that are begun again and again. Where frames are lost, twenty in a step leave no room in the queue.
 #[test]
 fn begun_messages() {
-    endures(&[(Attack::BegunMessages, 1.0)], (1.0, 0, 0.04), (0.98, 20, 0.002));
-    endures(&[(Attack::BegunMessages, 20.0)], (1.0, 0, 0.028), (0.95, 70, 0.0));
+    endures(&[(Attack::BegunMessages, 1.0)], (1.0, 0, 0.8), (0.98, 20, 0.15));
+    endures(&[(Attack::BegunMessages, 20.0)], (1.0, 0, 0.8), (0.98, 20, 0.15));
 }
 
 #[test]
 fn invented_messages() {
-    endures(&[(Attack::InventedMessages, 1.0)], (1.0, 0, 0.03), (0.9, 40, 0.0));
-    endures(&[(Attack::InventedMessages, 20.0)], (1.0, 0, 0.0), (0.25, 75, 0.0));
+    endures(&[(Attack::InventedMessages, 1.0)], (1.0, 0, 0.8), (0.98, 20, 0.15));
+    endures(&[(Attack::InventedMessages, 20.0)], (1.0, 0, 0.8), (0.98, 20, 0.15));
 }
 
 #[test]
 fn babble() {
-    endures(&[(Attack::Babble, 1.0)], (1.0, 0, 0.3), (0.99, 20, 0.072));
-    endures(&[(Attack::Babble, 20.0)], (0.8, 12, 0.032), (0.8, 80, 0.0));
+    endures(&[(Attack::Babble, 1.0)], (1.0, 0, 0.8), (0.99, 20, 0.15));
+    endures(&[(Attack::Babble, 20.0)], (0.95, 12, 0.8), (0.95, 40, 0.15));
 }
 
 #[test]
 fn all_attacks_together() {
     let attacks = Attack::ALL.map(|attack| (attack, 1.0));
-    endures(&attacks, (0.7, 12, 0.018), (0.7, 80, 0.0));
+    endures(&attacks, (0.95, 12, 0.78), (0.95, 40, 0.15));
 }
 
 /// Robot 2 sends a table in each step, which needs fragments; robot 1 counts those it receives in the last 100 steps.
