@@ -160,8 +160,8 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
         }
     }
 
-    /// Removes a frame, writes it to `room` with zeros after it, and returns its length: alternately the oldest one of
-    /// the highest priority and the oldest one of all.
+    /// Removes a frame, writes it to `room` with zeros after it, and returns its length: alternately
+    /// the oldest one of the highest priority and the oldest one of all.
     ///
     /// Complete long messages go first. The first [`FRAGMENT_HEAD`] bytes of a fragment stand for
     /// the message, and [`Inbox::take_content`] returns its content.
@@ -257,8 +257,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
     }
 
     /// Removes the next frame, writes it to `room`, which is all zeros, and returns its length: the
-    /// next fragment of the message that was begun; else alternately the oldest frame of the highest priority and the
-    /// oldest one of all, or the first fragment of the next message.
+    /// next fragment of the message that was begun; else alternately the oldest frame of the highest
+    /// priority and the oldest one of all, or the first fragment of the next message.
     pub fn pop(&mut self, room: &mut [u8; BYTES]) -> Option<usize> {
         let is_turn = self.frames_first == 0 || self.queue.is_empty();
         if MESSAGES != 0

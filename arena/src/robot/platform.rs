@@ -1,6 +1,7 @@
 //! The machine's view of the robot: frames, position, time, calls.
 
 use bittybuzz_robot_spec::{OnFault, accepted_lists, accepting, idle_result};
+use bittybuzz_vm_core::message::Fragment;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Argument, Axis, ByteCode, CallArguments, Calls, Fault, Host, Periods, Refusal, Reply,
@@ -180,7 +181,16 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
 
     fn send_content(&mut self, robot: u16, content: &[u8]) -> bool {
         *self.has_unsent = true;
-        self.outbox.push_content(robot, content)
+        let dropped = self.outbox.dropped();
+        let is_sent = self.outbox.push_content(robot, content);
+        if let Some(seen) = &mut self.state.seen
+            && self.outbox.dropped() != dropped
+        {
+            let (content, number) = (content.get(..1).unwrap_or(&[]), 0);
+            let first = Fragment { robot, number, index: 0, last: false, content };
+            seen.events.push(SeenEvent::Unsent([&first.head(), content].concat()));
+        }
+        is_sent
     }
 
     fn send(&mut self, frame: &[u8]) {
