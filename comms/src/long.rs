@@ -31,7 +31,7 @@ struct Assembly<E: Copy> {
     /// Bit i is set if fragment i has arrived, or if the message has no such fragment: 0 in a free
     /// place, and [`COMPLETE`] if none is missing.
     present: u8,
-    /// The number of the last new fragment.
+    /// The number of the last fragment.
     fragment: u8,
     /// The link's data about the latest fragment.
     extra: E,
@@ -56,8 +56,8 @@ pub(crate) struct Assemblies<P: Profile, E: Copy, const MESSAGES: usize> {
     unused: u8,
 }
 
-// How suitable a place is. Less suitable than these is the place of a message after whose last new
-// fragment so many others have arrived.
+// How suitable a place is. Less suitable than these is the place of a message after whose last
+// fragment that many others have arrived.
 /// The place of the same message, or of one that the same sender has given up.
 const SAME: u8 = 255;
 const FREE: u8 = 254;
@@ -90,7 +90,7 @@ impl<P: Profile, E: Copy, const MESSAGES: usize> Assemblies<P, E, MESSAGES> {
     /// Adds a fragment to the others of its message. Counts a message that is given up, and a
     /// fragment for which there is no place.
     ///
-    /// A message gets the place of another one after whose last new fragment as many others have
+    /// A message gets the place of another one after whose last fragment as many others have
     /// arrived as there are places, the longest ago. A sender that finishes what it has begun sends
     /// its next fragment before. So robots that begin messages and do not finish them, or that do
     /// not exist, keep no place from others for long. Until then, a repetition may complete the
@@ -149,9 +149,7 @@ impl<P: Profile, E: Copy, const MESSAGES: usize> Assemblies<P, E, MESSAGES> {
             place.length = (from + content.len()) as u16;
             present = COMPLETE << index;
         }
-        if place.present | present != place.present {
-            place.fragment = self.fragments;
-        }
+        place.fragment = self.fragments;
         place.present |= present;
         self.complete += u8::from(place.present == COMPLETE);
         place.extra = extra;
@@ -196,9 +194,7 @@ impl<P: Profile, E: Copy, const MESSAGES: usize> Assemblies<P, E, MESSAGES> {
         place.present = 0;
         self.complete -= 1;
         let length = usize::from(place.length).min(room.len());
-        if let (Some(to), Some(from)) = (room.get_mut(..length), content.as_ref().get(..length)) {
-            to.copy_from_slice(from);
-        }
+        room.iter_mut().zip(content.as_ref()).take(length).for_each(|(to, from)| *to = *from);
         length
     }
 
