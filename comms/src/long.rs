@@ -125,7 +125,7 @@ impl<P: Profile, E: Copy, const MESSAGES: usize> Assemblies<P, E, MESSAGES> {
                 _ if is_same => SAME,
                 _ => {
                     let others = self.fragments.wrapping_sub(place.fragment);
-                    if others < MESSAGES as u8 {
+                    if others < used as u8 {
                         continue;
                     }
                     others.min(FREE - 1)

@@ -315,6 +315,39 @@ fn a_frame_that_could_not_be_sent_is_sent_again() {
 }
 
 proptest! {
+    /// A queue with a limit behaves like a queue that has no more places.
+    #[test]
+    fn a_queue_with_less_room_does_what_a_smaller_one_does(
+        order in prop::collection::vec((0..7_u16, any::<prop::sample::Index>()), 0..200),
+    ) {
+        let mut small = In::new(0);
+        let mut large = Inbox::<Tiny, u16, TINY_FRAME, 9, 9>::with_room(0, 4, 2);
+        for (robot, index) in order {
+            let frames = fragments(robot, &broadcast(12, 2, robot.into()));
+            let frame: &Vec<u8> = index.get(&frames);
+            small.push(frame, 0);
+            large.push(frame, 0);
+            if robot == 0 {
+                let (mut one, mut other) = ([0; TINY_FRAME], [0; TINY_FRAME]);
+                prop_assert_eq!(small.pop(&mut one), large.pop(&mut other));
+                prop_assert_eq!(one, other);
+            }
+            prop_assert_eq!(small.counters(), large.counters());
+        }
+        let mut outboxes = (Out::new(), Outbox::<Tiny, TINY_FRAME, 9, 9>::with_room(4, 2));
+        for step in 0..40 {
+            outboxes.0.begin_step();
+            outboxes.1.begin_step();
+            for topic in 1..=step % 4 {
+                let content = broadcast(topic, 1, step.into());
+                prop_assert_eq!(outboxes.0.push_content(9, &content), outboxes.1.push_content(9, &content));
+            }
+            let (mut one, mut other) = ([0; TINY_FRAME], [0; TINY_FRAME]);
+            prop_assert_eq!(outboxes.0.pop(&mut one), outboxes.1.pop(&mut other));
+            prop_assert_eq!(one, other);
+        }
+    }
+
     /// Whatever arrives, each message that comes out was sent, or is caught by its check.
     #[test]
     fn lost_and_mixed_fragments_give_no_other_message(
