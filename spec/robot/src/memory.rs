@@ -24,7 +24,7 @@ const QUEUE: [u32; 2] = [7, 20];
 const ARRIVING: u32 = 7;
 const LEAVING: u32 = 2;
 /// Bytes for the turns of long messages in both queues.
-const TURNS: [u32; 2] = [11, 16];
+const TURNS: [u32; 2] = [12, 16];
 
 /// The first letters of the names of AVR chips.
 const AVR: [&str; 2] = ["ATmega", "ATtiny"];
