@@ -20,8 +20,9 @@ use bittybuzz_vm_core::builtin::string;
 use bittybuzz_vm_core::message::{Message, ScriptIdentity, TINY_FRAME};
 use bittybuzz_vm_core::number::Tiny;
 
-const BEHAVIORS: [&str; 7] =
-    ["gradient", "broadcast", "distance", "random_walk", "foreach", "stigmergy", "swarm"];
+/// The examples for Kilobots, and a script that needs long messages.
+const BEHAVIORS: [&str; 8] =
+    ["gradient", "broadcast", "distance", "random_walk", "foreach", "stigmergy", "swarm", "tables"];
 
 /// The RAM of the chip: 2 kB from here on, in addresses of the emulator.
 const RAM: u32 = 0x80_0100;

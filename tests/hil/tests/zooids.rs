@@ -556,17 +556,22 @@ fn drive_under(glitches_per_s: f64) {
 
 #[test]
 fn its_stack_has_room_to_spare() {
-    // What makes it deep: radio, goal, tracking, stigmergy, collections, log.
+    // What makes it deep: radio, goal, tracking, stigmergy, long messages, collections, log.
     let script = "\
-function init() { v = stigmergy.create(1)  t = {}  n = 0 }
+function init() {
+  v = stigmergy.create(1)  w = stigmergy.create(2)  t = {}  n = 0  heard = 0
+  neighbors.listen(\"t\", function(topic, value, robot) { heard = value.n })
+}
 function fill(k) { if(k > 0) { t[k] = { .a = k }  fill(k - 1) } }
 function step() {
   n = n + 1
   v.put(0, n)
   fill(3)
   neighbors.broadcast(\"n\", n)
+  neighbors.broadcast(\"t\", {.n = n, .of = {.id = id}})
+  w.put(id, {.n = n, .id = id})
   goto(100, 0)
-  log(n, pos.x, v.get(0))
+  log(n, pos.x, v.get(0), heard)
 }
 ";
     let mut table = Table::new(script, &[1, 2]);

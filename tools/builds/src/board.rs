@@ -72,6 +72,8 @@ const BEHAVIORS_BOARD: &str = "behaviors";
 
 /// The folder of the behaviors, each of which has an image of its own, from the root.
 pub const BEHAVIORS: &str = "examples/kilobot";
+/// The folder of scripts for Kilobots that only tests use.
+const TESTED: &str = "tests/hil/scripts";
 
 /// The script of a board if no other is named, in the board's folder.
 const OWN_SCRIPT: &str = "hello.bzz";
@@ -129,14 +131,15 @@ impl FirmwareBuild {
         Ok(self.image_in(&target))
     }
 
-    /// Builds an image for each of the behaviors, with the parts of the machine that the behavior
+    /// Builds an image for each of the behaviors and of the tests' scripts, with the parts of the machine that the behavior
     /// uses. Tests run each behavior on its own image. Returns the folder of the images, which are
     /// named after their scripts.
     pub fn build_behaviors(&self, quiet: bool) -> Result<PathBuf> {
         let folder = target_of(self.folder).join("behaviors");
         fs::create_dir_all(&folder)?;
-        let scripts = root().join(BEHAVIORS);
-        for entry in fs::read_dir(&scripts)? {
+        let folders = [BEHAVIORS, TESTED].map(|folder| fs::read_dir(root().join(folder)));
+        let [examples, tested] = folders;
+        for entry in examples?.chain(tested?) {
             let script = entry?.path();
             let (Some(name), true) =
                 (script.file_stem(), script.extension() == Some("bzz".as_ref()))
