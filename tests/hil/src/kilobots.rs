@@ -39,8 +39,8 @@ pub fn ear() -> PathBuf {
         .map_or_else(|| kilobot().with_file_name("bittybuzz-kilobot-ear.elf"), PathBuf::from)
 }
 
-/// The image of a behavior of `examples/kilobot`, or of a script in `tests/hil/scripts`. `BITTYBUZZ_BEHAVIORS` names another folder than the one where `cargo xtask build
-/// behaviors` puts them.
+/// The image of a behavior of `examples/kilobot`, or of a script in `tests/hil/scripts`. `BITTYBUZZ_BEHAVIORS` names another folder
+/// than the one where `cargo xtask build behaviors` puts them.
 pub fn behavior(name: &str) -> PathBuf {
     let folder = match std::env::var_os("BITTYBUZZ_BEHAVIORS") {
         Some(folder) => PathBuf::from(folder),
