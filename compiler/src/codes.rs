@@ -140,6 +140,7 @@ codes! {
     CallForgotten = "W0223", "a function where its result is meant";
     CreateInStep = "W0224", "a stigmergy created again in every step";
     ManyStigmergies = "W0225", "a stigmergy whose entries take several frames";
+    OneSidedConflict = "W0226", "a conflict handler that always returns the same side";
     ImpossibleOperation = "W0301", "an operation that always fails";
     DivisionByZero = "W0302", "a division by zero";
     ShiftCount = "W0303", "a shift by an impossible count";

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use bittybuzz_vm_core::builtin::{self, BuiltinInfo, Library};
 
 use crate::check::calls::counted;
-use crate::check::names::{LibraryMember, Meaning, Meanings};
+use crate::check::names::Meanings;
 use crate::check::suggest;
 use crate::check::tree::{
     CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, LocalId,
@@ -141,7 +141,7 @@ struct CallbackChecker<'a> {
 
 impl CallbackChecker<'_> {
     fn call(&mut self, callee: &CheckedExpr, args: &[CheckedExpr]) {
-        let Some(info) = self.callee(callee) else { return };
+        let Some(info) = self.meanings.built_in(callee) else { return };
         let Some((at, mut roles)) = roles(info) else { return };
         // `kin()`, `nonkin()` and filters keep the data of neighbors unchanged.
         if info.library == Library::Snapshot && self.is_of_neighbors(callee) {
@@ -151,53 +151,9 @@ impl CallbackChecker<'_> {
             };
         }
         let Some(arg) = args.get(at) else { return };
-        let function = match arg.kind {
-            CheckedExprKind::Lambda(function) => function,
-            CheckedExprKind::Name(name) => match self.meanings.of(name) {
-                Meaning::Function(function) => function,
-                _ => return,
-            },
-            _ => return,
-        };
+        let Some(function) = self.meanings.function(arg) else { return };
         if self.known.insert((function, info.number)) {
             self.callback(function, info, roles, arg.span);
-        }
-    }
-
-    /// Returns the built-in that an expression certainly refers to.
-    fn callee(&self, callee: &CheckedExpr) -> Option<&'static BuiltinInfo> {
-        match &callee.kind {
-            CheckedExprKind::Name(name) => match self.meanings.of(*name) {
-                Meaning::Builtin(number) => builtin::info(number),
-                _ => None,
-            },
-            CheckedExprKind::Field { object, key, .. } => match self.meanings.library(object) {
-                Some(library) => match self.meanings.member(library, key) {
-                    LibraryMember::Known(info) => Some(info),
-                    LibraryMember::Absent | LibraryMember::Changing => None,
-                },
-                None => builtin::find(self.object(object)?, key),
-            },
-            _ => None,
-        }
-    }
-
-    /// Returns the kind of object that an expression certainly yields.
-    fn object(&self, expr: &CheckedExpr) -> Option<Library> {
-        match &expr.kind {
-            CheckedExprKind::Call { callee, .. } => match self.callee(callee)?.number {
-                builtin::STIGMERGY_CREATE => Some(Library::StigmergyObject),
-                builtin::SWARM_CREATE => Some(Library::SwarmObject),
-                builtin::NEIGHBORS_KIN
-                | builtin::NEIGHBORS_NONKIN
-                | builtin::NEIGHBORS_MAP
-                | builtin::NEIGHBORS_FILTER
-                | builtin::SNAPSHOT_MAP
-                | builtin::SNAPSHOT_FILTER => Some(Library::Snapshot),
-                _ => None,
-            },
-            CheckedExprKind::Name(name) => self.meanings.object(*name),
-            _ => None,
         }
     }
 
@@ -206,7 +162,7 @@ impl CallbackChecker<'_> {
     fn is_of_neighbors(&self, callee: &CheckedExpr) -> bool {
         let CheckedExprKind::Field { object, .. } = &callee.kind else { return false };
         let CheckedExprKind::Call { callee, .. } = &object.kind else { return false };
-        match self.callee(callee).map(|info| info.number) {
+        match self.meanings.built_in(callee).map(|info| info.number) {
             Some(
                 builtin::NEIGHBORS_KIN | builtin::NEIGHBORS_NONKIN | builtin::NEIGHBORS_FILTER,
             ) => true,
@@ -217,7 +173,7 @@ impl CallbackChecker<'_> {
 
     fn is_data_of_get(&self, object: &CheckedExpr) -> bool {
         let CheckedExprKind::Call { callee, .. } = &object.kind else { return false };
-        self.callee(callee).is_some_and(|info| info.number == builtin::NEIGHBORS_GET)
+        self.meanings.built_in(callee).is_some_and(|info| info.number == builtin::NEIGHBORS_GET)
     }
 
     fn callback(&mut self, id: FunctionId, info: &BuiltinInfo, roles: &[Role], call: Span) {

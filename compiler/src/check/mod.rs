@@ -3,8 +3,10 @@
 
 mod arguments;
 mod callbacks;
+mod callees;
 mod calls;
 mod checker;
+mod conflicts;
 mod entries;
 mod forgotten;
 pub mod missing;
@@ -55,6 +57,7 @@ pub fn check<'a>(
     diagnostics.extend(walk::check_expressions(&program, &meanings, profile));
     diagnostics.extend(entries::check_entries(&program, &meanings));
     diagnostics.extend(callbacks::check_callbacks(&program, &meanings));
+    diagnostics.extend(conflicts::check_conflicts(&program, &meanings));
     diagnostics.extend(forgotten::check_forgotten(&program, &meanings));
     diagnostics.extend(arguments::check_arguments(&program, &meanings));
     diagnostics.extend(overflow::check_overflow(&program, arithmetic));

@@ -501,7 +501,7 @@ impl Resolver {
 }
 
 /// Returns true if control never continues after the statement.
-fn leaves(stmt: &CheckedStmt) -> bool {
+pub fn leaves(stmt: &CheckedStmt) -> bool {
     let block_leaves = |block: &CheckedBlock| block.stmts.iter().any(leaves);
     match &stmt.kind {
         CheckedStmtKind::Return(_) => true,

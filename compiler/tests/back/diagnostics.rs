@@ -131,6 +131,26 @@ const CASES: &[(&str, &str, &str)] = &[
     ("log(\"n \", neighbors.count)", "W0223", "neighbors.count"),
     ("x = 1 + math.sqrt", "W0223", "math.sqrt"),
     ("function step() { v = stigmergy.create(1) v.put(\"a\", 1) }", "W0224", "stigmergy.create(1)"),
+    ("v = stigmergy.create(1) v.onconflict(function(k, l, r) { return l })", "W0226", "l"),
+    ("v = stigmergy.create(1) v.onconflict(function(k, l, r) { return r })", "W0226", "r"),
+    (
+        "function mine(k, l, r) { if(l.data > r.data) return l else return l } \
+         v = stigmergy.create(1) v.onconflict(mine) v.onconflict(mine)",
+        "W0226",
+        "l",
+    ),
+    (
+        "v = stigmergy.create(1) v.onconflict(function(k, l, r) { if(k == 1) { return r } \
+         while(k) { k = k - 1 } var x = r return x })",
+        "W0226",
+        "r",
+    ),
+    (
+        "v = stigmergy.create(1) v.onconflict(function(k, l, r) { \
+         return { .robot = r.robot, .data = l.data + r.data } })",
+        "W0226",
+        "{ .robot = r.robot, .data = l.data + r.data }",
+    ),
     ("v = stigmergy.create(\"vs\")", "W0306", "\"vs\""),
     ("s = swarm.create(\"red\")", "W0306", "\"red\""),
     ("x = math.abs(\"1\")", "W0306", "\"1\""),
@@ -233,6 +253,14 @@ fn correct_scripts_have_no_diagnostics() {
         "log(\"50 %done\", 1)",
         "log(\"%d\")",
         "t = { .x = 1, .y = 1, .1 = 2, .1.5 = 3 }",
+        "s = stigmergy.create(1) s.onconflict(function(k, l, r) { if(l.data > r.data) return l return r })",
+        "s = stigmergy.create(1) s.onconflict(function(k, l, r) { if(l.data > r.data) return l })",
+        "s = stigmergy.create(1) s.onconflict(function(k, l, r) { if(l.data > r.data) l = r return l })",
+        "s = stigmergy.create(1) s.onconflict(function(k, l, r) { l.robot = math.max(l.robot, r.robot) return l })",
+        "s = stigmergy.create(1) s.onconflict(function(k, l, r) { var x = l if(k) x = r return x })",
+        "s = stigmergy.create(1) s.onconflict(function(k, l, r) { return { .robot = 7, .data = l.data } })",
+        "s = stigmergy.create(1) s.onconflict(function(k, l, r) { log(k, l, r) return nil })",
+        "s = stigmergy.create(1) s.onconflictlost(function(k, l) { return l })",
     ];
     for script in scripts {
         assert_eq!(messages(script), [], "{script}");
