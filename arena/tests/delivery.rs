@@ -204,15 +204,23 @@ fn loss_can_change_while_the_world_runs() {
     assert!(probe(&world, b).received_from(a) >= 18);
 }
 
-/// A frame is a type byte and as much as the robot's file says.
+/// A frame is a type byte and as much as the robot's file says, and travels on the medium of the file.
 #[test]
-fn frame_lengths_agree_with_robot_files() {
-    let links =
-        [("kilobot", Medium::Infrared), ("zooids", Medium::Nrf24), ("crazyflie", Medium::P2p)];
-    for (name, medium) in links {
-        let robot = bittybuzz_robot_files::find(name).unwrap();
-        assert_eq!(medium.frame_bytes(), 1 + robot.message_bytes as usize, "{name}");
+fn media_and_frame_lengths_agree_with_robot_files() {
+    for model in bittybuzz_robot_models::all() {
+        let robot = bittybuzz_robot_files::find(model.name()).unwrap();
+        let medium = model.medium();
+        assert_eq!(robot.link, Some(medium), "{}", robot.name);
+        assert_eq!(medium.frame_bytes(), 1 + robot.message_bytes as usize, "{}", robot.name);
     }
+}
+
+/// The times of data sheets and firmware: kilolib sends a frame in half a second, in units of 128 us.
+#[test]
+fn paces_of_links_are_those_of_the_firmware() {
+    let periods = Medium::ALL.map(Medium::frame_period_us);
+    assert_eq!(periods, [500_000, 10_200, 10_400, 10_400]);
+    assert_eq!(Infrared::STANDARD.tx_period, 3906);
 }
 
 /// kilolib asks for a message when it begins to send: what a brain learns while it waits for its slot still goes out.

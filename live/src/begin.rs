@@ -1,7 +1,8 @@
 //! The description of the world, which a client needs before the first sample.
 
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
-use bittybuzz_arena::scenario::{Group, Medium, ObstacleSection, Outline, QUANTITIES};
+use bittybuzz_arena::engine::Medium;
+use bittybuzz_arena::scenario::{Group, ObstacleSection, Outline, QUANTITIES};
 
 use crate::conditions;
 use crate::page_event::{
@@ -87,12 +88,12 @@ fn obstacle(obstacle: &ObstacleSection) -> ObstacleDescription {
 fn media(run: &Simulation) -> Vec<MediumDescription> {
     let scenario = &run.setup().scenario;
     let mut media: Vec<Medium> = scenario.groups.iter().map(Group::medium).collect();
-    media.sort_by_key(|medium| medium.name());
+    media.sort_by_key(|medium| medium.word());
     media.dedup();
     let describe = |medium: Medium| {
         let loss = scenario.media.settings(medium).loss;
         let loss = loss.map(|loss| [loss.near, loss.far]);
-        MediumDescription { name: medium.name().to_owned(), loss }
+        MediumDescription { name: medium.word().to_owned(), loss }
     };
     media.into_iter().map(describe).collect()
 }

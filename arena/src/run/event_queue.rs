@@ -5,7 +5,7 @@ use std::hash::Hash;
 use crate::engine::{Digest, LightId, Pose, RobotId, RobotState, UnknownRobot, World};
 use crate::scenario::{LampSection, MoveTarget, Scenario, Selection, WorldChange};
 
-use super::settings::{engine_light, engine_loss, engine_medium};
+use super::settings::{engine_light, engine_loss};
 use super::tick_at;
 use crate::robot::{ProgramId, SimRobot};
 
@@ -167,7 +167,7 @@ impl EventQueue {
             }),
             WorldChange::Light(lights) => self.relight(lights, world),
             WorldChange::Loss(medium, loss) => {
-                world.set_loss(engine_medium(*medium), engine_loss(*loss));
+                world.set_loss(*medium, engine_loss(*loss));
             }
             WorldChange::Block(one, other) => self.pairs(one, other, |a, b| world.block(a, b)),
             WorldChange::Restore(one, other) => self.pairs(one, other, |a, b| world.unblock(a, b)),

@@ -1,7 +1,7 @@
 //! The translation of a scenario's settings to those of the engine.
 
-use crate::engine;
-use crate::scenario::{Group, LampSection, LossSetting, Medium, MediumSettings, Outline, Scenario};
+use crate::engine::{self, Medium};
+use crate::scenario::{Group, LampSection, LossSetting, MediumSettings, Outline, Scenario};
 
 /// The engine's settings for a run.
 pub fn settings(scenario: &Scenario, seed: u32, threads: usize) -> engine::WorldSettings {
@@ -26,7 +26,7 @@ pub fn media(scenario: &Scenario) -> engine::Media {
 
 /// Returns the media of a group, where `media` are those of the whole world.
 pub fn media_of(scenario: &Scenario, mut media: engine::Media, group: &Group) -> engine::Media {
-    let medium = Medium::from_engine(group.model.medium());
+    let medium = group.model.medium();
     group.model.set_own_media(&mut media);
     set_medium(&mut media, medium, scenario.media.settings(medium));
     set_medium(&mut media, medium, &group.link);
@@ -34,7 +34,7 @@ pub fn media_of(scenario: &Scenario, mut media: engine::Media, group: &Group) ->
 }
 
 fn set_medium(media: &mut engine::Media, medium: Medium, differs: &MediumSettings) {
-    let link = media.link_mut(engine_medium(medium));
+    let link = media.link_mut(medium);
     if let Some(range) = differs.range {
         link.range = Some(range as f32);
     }
@@ -59,15 +59,6 @@ fn set(number: &mut f32, value: Option<f64>) {
 
 pub fn engine_loss(loss: LossSetting) -> engine::Loss {
     engine::Loss { near: loss.near as f32, far: loss.far as f32 }
-}
-
-pub fn engine_medium(medium: Medium) -> engine::Medium {
-    match medium {
-        Medium::Ir => engine::Medium::Infrared,
-        Medium::Nrf24 => engine::Medium::Nrf24,
-        Medium::P2p => engine::Medium::P2p,
-        Medium::Rab => engine::Medium::RangeAndBearing,
-    }
 }
 
 pub fn engine_light(light: LampSection) -> engine::Lamp {

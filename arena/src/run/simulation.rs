@@ -53,9 +53,7 @@ use super::observer::{self, Observer};
 use super::place::poses;
 use super::program::Program;
 use super::quantity::{QuantityProbe, QuantityReading};
-use super::settings::{
-    engine_light, engine_loss, engine_medium, engine_obstacle, media, media_of, settings,
-};
+use super::settings::{engine_light, engine_loss, engine_obstacle, media, media_of, settings};
 use super::setup::Setup;
 use super::summary::{FaultOf, OverrunSummary, Summary, Unusable};
 use super::swarm::measure;
@@ -283,7 +281,7 @@ impl Simulation {
             fleets.settle(&self.world)?;
             match &action {
                 WorldChange::Loss(medium, loss) => {
-                    fleets.lose(engine_medium(*medium), engine_loss(*loss))?;
+                    fleets.lose(*medium, engine_loss(*loss))?;
                 }
                 WorldChange::Battery { robots, millivolts } => {
                     for id in robots.iter().filter_map(|number| self.event_queue.id(number)) {

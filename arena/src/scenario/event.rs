@@ -18,7 +18,8 @@ use super::robots::heading;
 use super::select::{RobotIndex, Selection};
 use super::time::seconds;
 use super::world::{WorldSection, light, point_inside};
-use super::{LampSection, LossSetting, Medium};
+use super::{LampSection, LossSetting};
+use crate::engine::Medium;
 
 /// A change to the world at a time.
 #[derive(Debug, Clone, PartialEq)]
@@ -321,7 +322,7 @@ fn loss(section: &Section<'_>, entry: &Entry<'_>, used: &[Medium]) -> Option<Wor
         (Some(entry), _) => {
             let medium = section.word("medium", &Medium::WORDS)?;
             if !used.contains(&medium) && !used.is_empty() {
-                entry.fail(ScenarioCause::NoSuchMedium { medium: medium.name() });
+                entry.fail(ScenarioCause::NoSuchMedium { medium: medium.word() });
                 return None;
             }
             Some(medium)

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::Place;
 
+use crate::engine::Medium;
 use crate::robot::RobotModel;
 
 use super::backend::Backend;
-use super::medium::{Medium, MediumSettings};
+use super::medium::MediumSettings;
 
 /// The number of a group in its scenario, from 0 in the order of the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -128,7 +129,7 @@ impl Group {
 
     /// Returns the medium that carries the robots' frames.
     pub fn medium(&self) -> Medium {
-        Medium::from_engine(self.model.medium())
+        self.model.medium()
     }
 
     /// Returns the robots at their start places; none for random placement.

@@ -2,50 +2,11 @@
 
 use toml::de::DeValue;
 
-use crate::engine;
+use crate::engine::Medium;
 
 use super::error::ScenarioCause;
 use super::keys::{IR, NRF24, P2P, RAB};
 use super::read::{Entry, Section};
-
-/// A carrier of frames.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Medium {
-    /// Infrared light.
-    Ir,
-    /// nRF24L01+ radio.
-    Nrf24,
-    /// Peer-to-peer packets of an nRF51.
-    P2p,
-    /// The range-and-bearing link of robots that their file describes.
-    Rab,
-}
-
-impl Medium {
-    /// Every medium with its name in scenario files.
-    pub const WORDS: [(&'static str, Medium); 4] =
-        [("ir", Medium::Ir), ("nrf24", Medium::Nrf24), ("p2p", Medium::P2p), ("rab", Medium::Rab)];
-
-    /// Returns the scenario's name for a medium of the engine.
-    pub(crate) fn from_engine(medium: engine::Medium) -> Self {
-        match medium {
-            engine::Medium::Infrared => Medium::Ir,
-            engine::Medium::Nrf24 => Medium::Nrf24,
-            engine::Medium::P2p => Medium::P2p,
-            engine::Medium::RangeAndBearing => Medium::Rab,
-        }
-    }
-
-    /// Returns the name in scenario files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Medium::Ir => "ir",
-            Medium::Nrf24 => "nrf24",
-            Medium::P2p => "p2p",
-            Medium::Rab => "rab",
-        }
-    }
-}
 
 /// The settings of a medium. A field that is `None` follows the physical model of the medium.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -100,10 +61,10 @@ impl MediaSettings {
     /// Returns the settings of a medium.
     pub fn settings(&self, medium: Medium) -> &MediumSettings {
         match medium {
-            Medium::Ir => &self.ir,
+            Medium::Infrared => &self.ir,
             Medium::Nrf24 => &self.nrf24,
             Medium::P2p => &self.p2p,
-            Medium::Rab => &self.rab,
+            Medium::RangeAndBearing => &self.rab,
         }
     }
 }
@@ -116,10 +77,13 @@ const NOT_EMULATED: [&str; 2] = ["duplication", "reordering"];
 pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> MediaSettings {
     let mut media = MediaSettings::default();
     let Some(section) = root.section("medium", super::keys::MEDIUM) else { return media };
-    for (medium, name) in
-        [(Medium::Ir, IR), (Medium::Nrf24, NRF24), (Medium::P2p, P2P), (Medium::Rab, RAB)]
-    {
-        let key = medium.name();
+    for (medium, name) in [
+        (Medium::Infrared, IR),
+        (Medium::Nrf24, NRF24),
+        (Medium::P2p, P2P),
+        (Medium::RangeAndBearing, RAB),
+    ] {
+        let key = medium.word();
         let Some(settings) = section.section(key, name) else { continue };
         if !used.contains(&medium) && !used.is_empty() {
             settings.fail(ScenarioCause::NoSuchMedium { medium: key });
@@ -132,16 +96,16 @@ pub fn read(root: &Section<'_>, used: &[Medium], emulated: &[Medium]) -> MediaSe
         let section = settings;
         let settings = read_one(&section);
         if emulated.contains(&medium)
-            && medium != Medium::Ir
+            && medium != Medium::Infrared
             && let (Some(loss), Some(entry)) = (settings.loss, section.get("loss"))
         {
             loss.check_emulated(&entry);
         }
         match medium {
-            Medium::Ir => media.ir = settings,
+            Medium::Infrared => media.ir = settings,
             Medium::Nrf24 => media.nrf24 = settings,
             Medium::P2p => media.p2p = settings,
-            Medium::Rab => media.rab = settings,
+            Medium::RangeAndBearing => media.rab = settings,
         }
     }
     media

@@ -34,6 +34,7 @@ use std::sync::Arc;
 use bittybuzz_compiler::include::{DiskFiles, Files};
 use bittybuzz_toml_reader::{self as toml_reader, Override, SourceText};
 
+use crate::engine::Medium;
 use crate::robot::{DESCRIBED_LINK, Models, RobotModel};
 use folder::Folder;
 
@@ -49,7 +50,7 @@ pub(crate) use group::Standing;
 pub use group::{Group, GroupId, Heading, Placement};
 pub use load::Load;
 pub(crate) use load::groups_of;
-pub use medium::{LossSetting, MediaSettings, Medium, MediumSettings};
+pub use medium::{LossSetting, MediaSettings, MediumSettings};
 pub use output::OutputSection;
 pub use read::{Entry, Section};
 pub use select::Selection;
@@ -217,7 +218,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let mut used = Vec::new();
     // A group with a mistake may have any medium, so the media in use are unknown.
     for group in groups.iter().filter(|_| is_complete) {
-        let medium = Medium::from_engine(group.model.medium());
+        let medium = group.model.medium();
         if !used.contains(&medium) {
             used.push(medium);
         }
@@ -226,8 +227,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         mix::check(root, &groups);
     }
     let emulated = groups.iter().filter(|group| group.backend != Backend::Vm);
-    let emulated: Vec<Medium> =
-        emulated.map(|group| Medium::from_engine(group.model.medium())).collect();
+    let emulated: Vec<Medium> = emulated.map(|group| group.model.medium()).collect();
     let media = medium::read(root, &used, &emulated);
     let bridge = bridge::read(root, folder, known, &groups);
     let sections = root.sections("event", keys::EVENT);
@@ -281,8 +281,7 @@ fn keys_of(section: &str, models: &Models) -> Vec<&'static str> {
     let of_model = models.iter().find_map(|model| {
         let keys = model.keys();
         keys.names_in(section).or_else(|| {
-            let of_link =
-                || keys::names_in(keys::of_medium(Medium::from_engine(model.medium()).name()));
+            let of_link = || keys::names_in(keys::of_medium(model.medium().word()));
             (section == keys.link).then(of_link)
         })
     });

@@ -27,6 +27,7 @@
 //! | `profile` | `"tiny"` (16-bit numbers) or `"full"` (32-bit numbers) |
 //! | `tick_hz` | steps per second, 1 to 100; `bbz sim` takes 10, 5, 2 and 1 |
 //! | `message_bytes` | bytes after the type of a swarm message that one frame of its link can carry: at least 9 in `tiny`, 48 in `full` |
+//! | `link` | the medium of its frames: `"ir"`, `"nrf24"`, `"p2p"` or `"rab"`, see [`Medium`]; left out, `"rab"` for a robot without `chip`, and unknown for others |
 //! | `on_fault` | `"restart"`, the default, or `"stop"`: see [`OnFault`] |
 //! | `[vm]` | sizes of the virtual machine, see [`VmSizes`] |
 //! | `[budget]` | the most that the firmware image may need, see [`Budget`]; left out with `chip` |
@@ -64,6 +65,7 @@ mod effect;
 mod error;
 mod generate;
 mod layout;
+mod link;
 mod memory;
 mod read;
 mod sensor;
@@ -81,6 +83,7 @@ pub use effect::{ActuatorQuantity, Amount, EffectAssignment, FunctionEffect};
 pub use error::{RobotError, RobotErrors, RobotFileCause};
 pub use generate::generate_rust;
 pub use layout::{Layout, Region};
+pub use link::Medium;
 pub use read::is_robot_name;
 pub use sensor::{Sensor, SensorKind, SensorReading, SensorValue};
 pub use signature::{PARAMETERS_MAX, Parameter, SignatureType, parameter_at, takes_count};
@@ -101,6 +104,8 @@ pub struct Robot {
     pub tick_hz: u32,
     /// Bytes of a swarm message that one frame of its link carries, link headers not counted.
     pub message_bytes: u32,
+    /// The medium of its frames; `None` if it is unknown, so that nothing is known about their times.
+    pub link: Option<Medium>,
     /// The consequence of a fault of its script; [`OnFault::Restart`] if left out.
     pub on_fault: OnFault,
     /// Sizes of its virtual machine.

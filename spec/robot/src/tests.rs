@@ -335,8 +335,8 @@ fn names_of_the_language_are_reserved() {
 fn a_dissimilar_key_is_not_suggested_for_a_missing_one() {
     let errors = errors_of(&GOOD.replacen("title", "colour", 1));
     let places = errors.0.iter().map(|error| (error.place.clone().unwrap().line, error.help()));
-    let help = "one of name, title, chip, profile, tick_hz, message_bytes, on_fault, vm, budget, \
-                layout, function, table, setting, indicator, body, sensor";
+    let help = "one of name, title, chip, profile, tick_hz, message_bytes, link, on_fault, vm, \
+                budget, layout, function, table, setting, indicator, body, sensor";
     assert_eq!(places.collect::<Vec<_>>(), [(1, None), (2, Some(help.to_owned()))], "{errors}");
 }
 

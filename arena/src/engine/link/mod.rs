@@ -14,63 +14,16 @@ use super::error::SettingsError;
 use super::settings::{first_wrong, not_below_0, within};
 
 pub(crate) use air::{Near, Transmissions};
+pub use bittybuzz_robot_spec::Medium;
 pub(crate) use calibration::Calibration;
 pub(crate) use delivery::{DeliveredFrame, Late};
 pub use frame_log::{Arrival, Fate, FrameLog, LossCause, SendAttempt, SentFrame};
 pub use packet::FrameSighting;
 pub(crate) use packet::{Packet, Transmission};
-pub(crate) use radio::RobotRadio;
+pub(crate) use radio::{RobotRadio, UNIT_US};
 pub(crate) use receive::{Ether, Listener};
 pub(crate) use schedule::{Attempt, Schedule, Senders, Window};
 pub(crate) use topology::Topology;
-
-/// A medium that carries frames. Robots on different media cannot exchange frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Medium {
-    /// Infrared light of the Kilobots.
-    Infrared = 0,
-    /// nRF24 radio of the Zooids.
-    Nrf24 = 1,
-    /// Peer-to-peer broadcast of the Crazyflies' nRF51.
-    P2p = 2,
-    /// The link of robots that are described by their file alone. It measures the distance and
-    /// direction of the sender.
-    RangeAndBearing = 3,
-}
-
-impl Medium {
-    /// The number of media.
-    pub const COUNT: usize = 4;
-
-    /// All media.
-    pub const ALL: [Medium; Self::COUNT] =
-        [Medium::Infrared, Medium::Nrf24, Medium::P2p, Medium::RangeAndBearing];
-
-    /// Returns the length of the longest frame in bytes: its type byte and `message_bytes` of the
-    /// robot's file.
-    #[must_use]
-    pub const fn frame_bytes(self) -> usize {
-        match self {
-            Medium::Infrared => 10,
-            Medium::Nrf24 => 25,
-            Medium::P2p | Medium::RangeAndBearing => 49,
-        }
-    }
-
-    /// Returns the time that a frame takes on the air, in microseconds.
-    #[must_use]
-    pub const fn air_time_us(self) -> u32 {
-        match self {
-            // Measured on kilolib's own code: 4.41 ms from the first pulse until it listens again.
-            Medium::Infrared => 4410,
-            // 32 bytes, 9 of preamble, address and check, at 2 Mb/s, and 130 us of settling; rounded.
-            Medium::Nrf24 => 200,
-            // P2P takes 0.29 to 0.42 ms: 62 bytes at 2 Mb/s and settling. For range and bearing,
-            // the same time is a choice.
-            Medium::P2p | Medium::RangeAndBearing => 400,
-        }
-    }
-}
 
 /// Probability that a frame is lost on the way, in addition to collisions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,7 +79,7 @@ impl Infrared {
             duplicate: 0.0,
             reorder: 0.0,
         },
-        tx_period: 3906,
+        tx_period: (Medium::Infrared.frame_period_us() / UNIT_US) as u16,
         clock_sigma: 0.005,
         distance_sigma: 2.0,
     };

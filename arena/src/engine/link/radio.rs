@@ -9,7 +9,7 @@ use crate::engine::digest::Digest;
 use crate::engine::stream::Stream;
 
 /// Units of kilolib's `kilo_tx_period`, µs.
-const UNIT_US: u32 = 128;
+pub(crate) const UNIT_US: u32 = 128;
 
 /// The period of kilolib's timer: 256 units. kilolib asks for a message at each interrupt.
 const TIMER_US: u32 = 256 * UNIT_US;

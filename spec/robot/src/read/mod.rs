@@ -16,7 +16,7 @@ use crate::generate::constant;
 use crate::layout::{Layout, PLACE, Region};
 use crate::signature::{self, Parameter, SignatureType};
 use crate::{
-    Budget, Indicator, LONG_MAX, NumberProfile, OnFault, Robot, RobotFunction, SensorTable,
+    Budget, Indicator, LONG_MAX, Medium, NumberProfile, OnFault, Robot, RobotFunction, SensorTable,
     Setting, VmSizes, name_hash,
 };
 use body::{BODY, SENSOR, SensorNames};
@@ -57,6 +57,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "profile",
             "tick_hz",
             "message_bytes",
+            "link",
             "on_fault",
             "vm",
             "budget",
@@ -129,6 +130,10 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         true => Some(least_bytes),
         false => integer(root, "message_bytes", least_bytes..=255),
     };
+    let link = match may_lack("link") {
+        true => Some(Some(Medium::RangeAndBearing)),
+        false => root.get("link").map(|entry| entry.word(&Medium::WORDS)),
+    };
     let on_fault = root.get("on_fault").map(|entry| entry.word(&OnFault::WORDS));
     let has_default_sizes = may_lack("vm");
     let vm_section = match has_default_sizes {
@@ -186,6 +191,7 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         profile: profile?,
         tick_hz: tick_hz?,
         message_bytes: message_bytes?,
+        link: given(link)?,
         on_fault: given(on_fault)?.unwrap_or_default(),
         vm: vm?,
         parts: Parts::ALL,
