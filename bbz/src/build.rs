@@ -10,6 +10,7 @@ use serde_json::json;
 use crate::exit::ExitStatus;
 use crate::hex;
 use crate::json;
+use crate::messages;
 use crate::output;
 use crate::problem::Problem;
 use crate::program::RefusedImage;
@@ -68,7 +69,7 @@ pub struct BuildArguments {
 pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let kind = InputKind::of(&arguments.file)?;
     let selection = RobotChoice::new(Some(&arguments.robot), arguments.profile)?;
-    let Compiled { image, symbols, diagnostics, sources } =
+    let Compiled { image, symbols, messages: sent, diagnostics, sources } =
         program::compiled(&arguments.file, kind, &arguments.include, &selection)?;
     if !arguments.json {
         report::diagnostics(&sources, &diagnostics);
@@ -113,6 +114,7 @@ pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Box<dyn Problem
 
     let budget = robot.budget.map(|budget| budget.flash_bytes);
     if arguments.json {
+        result["messages"] = messages::json(&sent, &sources, robot);
         result["image"] = json!({
             "path": image_path.display().to_string(),
             "symbols": symbols_path.display().to_string(),
@@ -131,6 +133,12 @@ pub fn execute(arguments: &BuildArguments) -> Result<ExitStatus, Box<dyn Problem
         line.push_str(&format!(", whose flash holds {budget} bytes of firmware and script"));
     }
     output::write(&format!("{line}\n"))?;
+    if !sent.is_empty() {
+        output::write("messages:\n")?;
+    }
+    for line in messages::lines(&sent, &sources, robot) {
+        output::write(&format!("{line}\n"))?;
+    }
     if let Some(path) = hex_path {
         output::write(&format!(
             "{}: firmware and script, to be sent by KiloGUI\n",

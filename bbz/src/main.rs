@@ -35,6 +35,7 @@ mod isp;
 mod json;
 mod manual;
 mod memory;
+mod messages;
 mod operand;
 mod output;
 mod probe_rs;

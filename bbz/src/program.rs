@@ -12,6 +12,7 @@ use bittybuzz_compiler::bo::error::BoError;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
 use bittybuzz_compiler::diagnostic::Diagnostic;
 use bittybuzz_compiler::include::{DiskFiles, FileKind, Files, IncludeLoader, SOURCE_BYTES_MAX};
+use bittybuzz_compiler::messages::SentMessage;
 use bittybuzz_compiler::parser::{self, Parsed};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::source::SourceMap;
@@ -141,7 +142,9 @@ pub struct LoadedProgram {
     /// Names, texts and places.
     pub symbols: Option<Symbols>,
     /// The source texts, if the program was compiled just now.
-    sources: Option<SourceMap>,
+    pub sources: Option<SourceMap>,
+    /// The messages that the script sends, if the program was compiled just now.
+    pub messages: Vec<SentMessage>,
 }
 
 impl LoadedProgram {
@@ -169,12 +172,12 @@ impl LoadedProgram {
         if kind == InputKind::Image {
             return LoadedProgram::load(path, selection).map(Some);
         }
-        let Compiled { image, symbols, diagnostics, sources } =
+        let Compiled { image, symbols, messages, diagnostics, sources } =
             compiled(path, kind, include, selection)?;
         report(&sources, &diagnostics)?;
         let profile = selection.effective_profile();
         let sources = Some(sources);
-        Ok(image.map(|image| LoadedProgram { image, profile, symbols, sources }))
+        Ok(image.map(|image| LoadedProgram { image, profile, symbols, sources, messages }))
     }
 
     /// Opens a program as [`LoadedProgram::open`] does. Also accepts symbols (`.sym`), with the image
@@ -216,6 +219,7 @@ impl LoadedProgram {
             profile: NumberProfile::Full,
             symbols: None,
             sources: None,
+            messages: Vec::new(),
         }
     }
 
@@ -237,7 +241,7 @@ impl LoadedProgram {
             return Err(InputError::Profile { path: path.to_owned(), image: profile }.into());
         }
         let symbols = symbols_beside(path, header.hash());
-        Ok(LoadedProgram { image, profile, symbols, sources: None })
+        Ok(LoadedProgram { image, profile, symbols, sources: None, messages: Vec::new() })
     }
 
     /// Returns the text of a constant string, if it is known.

@@ -48,6 +48,33 @@ fn the_output_may_be_a_name_an_image_or_a_folder() {
     assert_eq!(folder.names(), ["out", "s.bzz"]);
 }
 
+/// A Kilobot sends two frames per second. In `tiny` a table of two numbers takes four frames.
+#[test]
+fn the_costs_of_messages_are_listed() {
+    let script = "t = {}\nfunction step() { t.n = t\n neighbors.broadcast(\"p\", {.x = 1, .y = 2})\n \
+                  if(id) neighbors.broadcast(\"q\", t) }\n";
+    let folder = Folder::with("build_messages", "s.bzz", script);
+    let built = folder.bbz(&["build", "s.bzz", "--robot", "kilobot"]);
+    let lines: Vec<&str> = built.stdout.lines().skip(1).collect();
+    assert_eq!(
+        lines,
+        [
+            "messages:",
+            "  s.bzz:3 broadcast \"p\": 4 frames, 2 s of the Kilobot's air, in every step",
+            "  s.bzz:4 broadcast \"q\": 2 to 8 frames, 1 s to 4 s of the Kilobot's air, \
+             at most in every step",
+        ]
+    );
+    built.reports(&["warning[W0227]", "4 frames", "2 s"]);
+    let printed = folder.bbz(&["build", "s.bzz", "--robot", "kilobot", "--json"]);
+    let result: Value = serde_json::from_str(&printed.stdout).unwrap();
+    let message = &result["messages"][1];
+    assert_eq!(message["frames"], serde_json::json!([2, 8]));
+    assert_eq!(message["air_seconds"], serde_json::json!([1.0, 4.0]));
+    assert_eq!((&message["name"], &message["line"]), (&"\"q\"".into(), &4.into()));
+    assert_eq!((&message["period_steps"], &message["is_certain"]), (&1.into(), &false.into()));
+}
+
 #[test]
 fn profiles_are_built_as_asked() {
     let folder = Folder::with("build_profile", "s.bzz", SCRIPT);

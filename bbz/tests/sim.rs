@@ -32,6 +32,26 @@ fn a_scenario_that_holds_succeeds() {
     assert!(lines[3].starts_with("frames "), "{}", lines[3]);
 }
 
+/// Three Kilobots send at most two frames of 4.41 ms per second each: 2.6 % of a second. With one table in 100 steps, which
+/// are 10 s, a robot sends 0.4 frames per second: 0.53 % in all.
+#[test]
+fn long_messages_are_listed_with_their_share_of_the_air() {
+    let folder = folder("sim_messages");
+    folder.write(
+        "s.bzz",
+        "n = 0\nfunction step() { n = n + 1\n neighbors.broadcast(\"p\", {.x = 1, .y = 2})\n \
+         if(n % 100 == 0) neighbors.broadcast(\"q\", {.x = 1, .y = 2})\n \
+         neighbors.broadcast(\"r\", n) }\n",
+    );
+    let outcome = folder.bbz(&["sim", "s.toml", "--headless"]);
+    let lines = outcome.stdout.lines().filter(|line| line.starts_with("message "));
+    let expected = [
+        "message s.bzz:3 broadcast \"p\": 4 frames; 3 robots take at most 3 % of the air",
+        "message s.bzz:4 broadcast \"q\": 4 frames; 3 robots take at most 1 % of the air",
+    ];
+    assert!(lines.eq(expected), "{}", outcome.stdout);
+}
+
 #[test]
 fn an_expectation_that_fails_is_status_1() {
     let folder = folder("sim_fails");

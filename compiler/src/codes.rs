@@ -141,6 +141,7 @@ codes! {
     CreateInStep = "W0224", "a stigmergy created again in every step";
     ManyStigmergies = "W0225", "a stigmergy whose entries take several frames";
     OneSidedConflict = "W0226", "a conflict handler that always returns the same side";
+    LongInStep = "W0227", "a message of several frames in every step";
     ImpossibleOperation = "W0301", "an operation that always fails";
     DivisionByZero = "W0302", "a division by zero";
     ShiftCount = "W0303", "a shift by an impossible count";

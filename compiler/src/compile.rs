@@ -14,6 +14,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::fit::{self, CapacityError};
 use crate::image::{CompiledImage, ImageBuildError};
 use crate::include::IncludeLoader;
+use crate::messages::{MessageCosts, SentMessage};
 use crate::parser::{Parsed, parse};
 use crate::profile::NumberProfile;
 use crate::source::{SourceMap, Span};
@@ -54,6 +55,8 @@ pub struct Compiled {
     pub image: Option<Vec<u8>>,
     /// The symbols of the image.
     pub symbols: Option<Symbols>,
+    /// The messages that the script sends, in the order of the source; none if there are errors.
+    pub messages: Vec<SentMessage>,
     /// Errors and warnings, in the order of the source.
     pub diagnostics: Vec<Diagnostic>,
     /// The script and everything that it includes.
@@ -91,9 +94,13 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
     diagnostics.extend(found.filter(|found| !is_consequence(found)));
     let mut image = None;
     let mut symbols = None;
+    let mut sent = Vec::new();
     if !diagnostics.iter().any(|diagnostic| diagnostic.severity() == Severity::Error) {
         let hash = script_hash(token_hash, profile, &stigmergies);
         let meanings = &checked.meanings;
+        let mut costs = MessageCosts::new(&checked.program, meanings, &stigmergies);
+        sent = costs.messages(profile).to_vec();
+        diagnostics.extend(costs.warnings(options.profile));
         let built = codegen::generate(checked.program, meanings, profile, &strings, &stigmergies)
             .and_then(|mut generated| {
                 generated.parts.script_hash = hash;
@@ -114,7 +121,7 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
     diagnostics.retain(|diagnostic| !allowances.cover(diagnostic, &sources));
     diagnostics.extend(allowances.problems);
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
-    Compiled { image, symbols, diagnostics, sources }
+    Compiled { image, symbols, messages: sent, diagnostics, sources }
 }
 
 /// Returns the hash that identifies a script, its profile and the version of the messages. It

@@ -21,6 +21,7 @@ pub mod image;
 pub mod include;
 pub mod lexer;
 pub mod limits;
+pub mod messages;
 pub mod parser;
 pub mod profile;
 pub mod refusal;

@@ -56,7 +56,7 @@ impl Desk {
     fn program(&self, script: &Path, group: &Group) -> Result<run::Program, String> {
         let mut errors = String::new();
         if let Some(text) = self.draft(script) {
-            let Compiled { image, symbols, diagnostics, sources } =
+            let Compiled { image, symbols, diagnostics, sources, .. } =
                 self.compile(script, &text, group);
             let renderer = Renderer::new(&sources);
             diagnostics.iter().for_each(|one| errors += &renderer.text(one, ColorChoice::Never));

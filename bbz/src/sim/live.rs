@@ -98,6 +98,9 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
         for line in summary::text(&setup, &result, elapsed) {
             output.line(line.as_bytes());
         }
+        for line in opened.long_messages() {
+            output.line(line.as_bytes());
+        }
         if arguments.checks {
             for line in checks::text(&opened, &result) {
                 output.line(line.as_bytes());

@@ -11,6 +11,7 @@ use bittybuzz_toml_reader::file;
 
 use crate::emulator;
 use crate::file_error::FileError;
+use crate::messages;
 use crate::problem::Problem;
 use crate::program::LoadedProgram;
 use crate::report;
@@ -120,6 +121,18 @@ impl Opened {
         let bridge = self.scenario.bridge.iter().filter_map(|bridge| bridge.image.as_ref());
         bridge.for_each(|image| inputs.add(image));
         inputs
+    }
+
+    /// Returns a line per long message of each group of robots, with its share of the air.
+    pub fn long_messages(&self) -> Vec<String> {
+        let programs = self.scenario.programs().zip(&self.programs);
+        let lines = programs.flat_map(|((group, _), program)| {
+            let sources = program.sources.iter();
+            sources.flat_map(|sources| {
+                messages::of_group(&program.messages, sources, group, &self.scenario.media)
+            })
+        });
+        lines.collect()
     }
 
     /// Returns the programs that emulate the robots: paths, or names that are found through PATH.

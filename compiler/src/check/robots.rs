@@ -15,7 +15,7 @@ pub struct KnownRobots<'a> {
 
 impl<'a> KnownRobots<'a> {
     /// Returns the robots that run the script.
-    fn targets(self) -> impl Iterator<Item = &'a Robot> {
+    pub fn targets(self) -> impl Iterator<Item = &'a Robot> {
         let any: &[Robot] = if self.target.is_some() { &[] } else { self.known };
         self.target.into_iter().chain(any)
     }

@@ -32,20 +32,20 @@ use crate::stigmergies::StigmergyNumbers;
 pub struct Classes(u16);
 
 impl Classes {
-    const NONE: Classes = Classes(0);
-    const NIL: Classes = Classes(class::NIL as u16);
-    const NUMBER: Classes = Classes(class::NUMBER as u16);
-    const STRING: Classes = Classes(class::STRING as u16);
-    const TEXT: Classes = Classes(class::TEXT as u16);
-    const TABLE: Classes = Classes(class::TABLE as u16);
-    const FUNCTION: Classes = Classes(class::FUNCTION as u16);
+    pub const NONE: Classes = Classes(0);
+    pub const NIL: Classes = Classes(class::NIL as u16);
+    pub const NUMBER: Classes = Classes(class::NUMBER as u16);
+    pub const STRING: Classes = Classes(class::STRING as u16);
+    pub const TEXT: Classes = Classes(class::TEXT as u16);
+    pub const TABLE: Classes = Classes(class::TABLE as u16);
+    pub const FUNCTION: Classes = Classes(class::FUNCTION as u16);
     /// A value whose members are built-ins: a library, a swarm, a stigmergy, a snapshot.
-    const OBJECT: Classes = Classes(1 << 8);
+    pub const OBJECT: Classes = Classes(1 << 8);
     /// The classes of the results of robot functions.
     const PLAIN: Classes = Classes(Classes::NIL.0 | Classes::NUMBER.0 | Classes::STRING.0);
     const ANY: Classes = Classes(0x1ff);
 
-    fn has(self, other: Classes) -> bool {
+    pub fn has(self, other: Classes) -> bool {
         self.0 & other.0 != 0
     }
 
@@ -140,6 +140,43 @@ pub fn sent<'a>(
     profile: NumberProfile,
     stigmergies: &StigmergyNumbers,
 ) -> SentClasses<'a> {
+    let flow = analyzed(program, meanings, profile, stigmergies);
+    if flow.is_lost { SentClasses { is_long: true, names: None } } else { flow.end() }
+}
+
+/// The classes that the values of expressions may have, after the analysis of a whole script.
+pub struct ValueClasses<'a>(Flow<'a>);
+
+impl<'a> ValueClasses<'a> {
+    /// Analyzes the whole script.
+    pub fn of(
+        program: &'a ResolvedScript,
+        meanings: &'a Meanings<'a>,
+        profile: NumberProfile,
+        stigmergies: &StigmergyNumbers,
+    ) -> Self {
+        ValueClasses(analyzed(program, meanings, profile, stigmergies))
+    }
+
+    /// Returns the classes of an expression in a function. The set may be too large, but never too
+    /// small.
+    pub fn expression(&mut self, function: FunctionId, expr: &'a CheckedExpr) -> Classes {
+        let ValueClasses(flow) = self;
+        match flow.value(function, expr) {
+            // An expression that is never evaluated has no classes.
+            classes if flow.is_lost || classes == Classes::NONE => flow.any,
+            classes => classes,
+        }
+    }
+}
+
+/// Follows all values until no set of classes grows, or until the script may send anything.
+fn analyzed<'a>(
+    program: &'a ResolvedScript,
+    meanings: &'a Meanings<'a>,
+    profile: NumberProfile,
+    stigmergies: &StigmergyNumbers,
+) -> Flow<'a> {
     let mut flow = Flow {
         program,
         meanings,
@@ -160,11 +197,8 @@ pub fn sent<'a>(
         for (number, function) in program.functions.iter().enumerate() {
             flow.stmts(FunctionId(number), &function.body);
         }
-        if flow.is_lost {
-            return SentClasses { is_long: true, names: None };
-        }
-        if !flow.has_changed {
-            return flow.end();
+        if flow.is_lost || !flow.has_changed {
+            return flow;
         }
     }
 }

@@ -22,7 +22,7 @@
 //! numbers that travel in messages.
 
 mod call;
-mod classes;
+pub(crate) mod classes;
 mod condition;
 mod expression;
 pub mod fold;

@@ -151,6 +151,11 @@ const CASES: &[(&str, &str, &str)] = &[
         "W0226",
         "{ .robot = r.robot, .data = l.data + r.data }",
     ),
+    (
+        "function step() { neighbors.broadcast(\"k\", { .a = 1, .b = 2, .c = 3, .d = 4 }) }",
+        "W0227",
+        "neighbors.broadcast(\"k\", { .a = 1, .b = 2, .c = 3, .d = 4 })",
+    ),
     ("v = stigmergy.create(\"vs\")", "W0306", "\"vs\""),
     ("s = swarm.create(\"red\")", "W0306", "\"red\""),
     ("x = math.abs(\"1\")", "W0306", "\"1\""),

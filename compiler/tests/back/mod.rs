@@ -15,6 +15,7 @@ mod image;
 mod libraries;
 mod locals;
 mod machine;
+mod messages;
 mod mutants;
 mod parts;
 mod random_scripts;
