@@ -207,12 +207,15 @@ fn loss_can_change_while_the_world_runs() {
 /// A frame is a type byte and as much as the robot's file says, and travels on the medium of the file.
 #[test]
 fn media_and_frame_lengths_agree_with_robot_files() {
-    for model in bittybuzz_robot_models::all() {
-        let robot = bittybuzz_robot_files::find(model.name()).unwrap();
-        let medium = model.medium();
-        assert_eq!(robot.link, Some(medium), "{}", robot.name);
-        assert_eq!(medium.frame_bytes(), 1 + robot.message_bytes as usize, "{}", robot.name);
+    let links =
+        [("kilobot", Medium::Infrared), ("zooids", Medium::Nrf24), ("crazyflie", Medium::P2p)];
+    for (name, medium) in links {
+        let robot = bittybuzz_robot_files::find(name).unwrap();
+        assert_eq!(robot.link, Some(medium), "{name}");
+        assert_eq!(medium.frame_bytes(), 1 + robot.message_bytes as usize, "{name}");
     }
+    let models = bittybuzz_robot_models::all();
+    assert!(models.iter().map(|model| model.medium()).eq(links.map(|(_, medium)| medium)));
 }
 
 /// The times of data sheets and firmware: kilolib sends a frame in half a second, in units of 128 us.

@@ -29,6 +29,8 @@ struct Circle {
     /// and of what a robot may send, and seldom are more robots inside a message than a receiver has places.
     period: u32,
     seconds: u32,
+    /// The entries for which a robot has room.
+    entries: usize,
 }
 
 const CIRCLES: [Circle; 3] = [
@@ -40,6 +42,7 @@ const CIRCLES: [Circle; 3] = [
         counts: &[2, 4, 8],
         period: 80,
         seconds: 1600,
+        entries: 4,
     },
     Circle {
         robot: "zooids",
@@ -48,6 +51,7 @@ const CIRCLES: [Circle; 3] = [
         counts: &[2, 4, 8, 16],
         period: 10,
         seconds: 200,
+        entries: 12,
     },
     Circle {
         robot: "crazyflie",
@@ -56,6 +60,7 @@ const CIRCLES: [Circle; 3] = [
         counts: &[2, 4, 8, 16],
         period: 5,
         seconds: 100,
+        entries: 64,
     },
 ];
 
@@ -92,6 +97,83 @@ fn received(circle: &Circle, count: usize, value: &str, period: u32) -> [f64; 2]
     [mean(0), mean(1) * (count - 1) as f64]
 }
 
+/// Numbers of stigmergies that published scripts use.
+const NUMBERS: [u16; 8] = [0, 1, 2, 3, 5, 20, 101, 200];
+
+/// The frames of an entry with two numbers of a stigmergy after the first three, in the profiles `tiny` and `full`. Its content
+/// has 12 bytes before the key: 12 + 2 * 3 = 18 in fragments of 6, and 12 + 2 * 5 = 22 in one of 45.
+const FOURTH_FRAMES: [u32; 2] = [3, 1];
+
+/// The share of puts whose values another robot gets before the next put. Each robot has a key of its own; `others` are the
+/// stigmergies that the script creates before.
+fn entries(circle: &Circle, count: usize, others: &[u16], number: u16) -> f64 {
+    let Circle { robot, radius, seconds, .. } = circle;
+    // Each robot that gets an entry sends it on, so that entries take more air than broadcasts.
+    let period = 2 * circle.period;
+    let apart = (period / count as u32).max(1);
+    let others: String =
+        others.iter().map(|other| format!("stigmergy.create({other})\n")).collect();
+    let script = format!(
+        "got = 0
+         sent = 0
+         n = 0
+         known = {{}}
+         function init() {{ {others} s = stigmergy.create({number}) }}
+         function step() {{
+           n = n + 1
+           s.foreach(function(key, value, robot) {{
+             if(key != id and known[key] != value) {{
+               known[key] = value
+               got = got + 1
+             }}
+           }})
+           if((n + id * {apart}) % {period} == 0) {{
+             s.put(id, n)
+             sent = sent + 1
+           }}
+         }}"
+    );
+    let folder = folder(&format!("entries-{robot}"), &[("s.bzz", &script)]);
+    let summary = run(
+        &folder,
+        &format!(
+            "[world]\nsize = [4000, 4000]\nduration = {seconds}\n\
+             [[robots]]\nrobot = \"{robot}\"\nscript = \"s.bzz\"\ncount = {count}\n\
+             placement = \"circle\"\nradius = {radius}\n\
+             [output]\nplot = [\"global.got\", \"global.sent\"]\n"
+        ),
+    );
+    let mean = |place: usize| summary.values[place].expect("the script has the global")[0];
+    mean(0) / (mean(1) * (count - 1) as f64)
+}
+
+/// Returns the smallest share of puts that arrive, over these numbers of a stigmergy: as the only one, and as the fourth one.
+/// Adds a line to `too_few` if one is smaller than that of as many single frames.
+fn least_entries(
+    circle: &Circle,
+    count: usize,
+    numbers: &[u16],
+    single: f64,
+    too_few: &mut String,
+) -> [f64; 2] {
+    let fourth = FOURTH_FRAMES[circle.profile];
+    [(&[][..], 1), (&[301, 302, 303], fourth)].map(|(others, frames)| {
+        let share = |number: &u16| {
+            let share = entries(circle, count, others, *number);
+            if share < 0.9 * single.powf(frames.into()) {
+                let (robot, place) = (circle.robot, others.len() + 1);
+                writeln!(
+                    too_few,
+                    "{count} {robot}: entries of number {number} in place {place}: {share:.3}, single frames {single:.3}"
+                )
+                .unwrap();
+            }
+            share
+        };
+        numbers.iter().map(share).fold(1.0, f64::min)
+    })
+}
+
 const DOCS: &str = "../docs/testing.md";
 const BEGIN: &str = "<!-- arena/tests/long_messages.rs -->\n";
 const END: &str = "<!-- end -->\n";
@@ -99,7 +181,9 @@ const END: &str = "<!-- end -->\n";
 #[test]
 fn messages_of_k_frames_arrive_nearly_as_often_as_k_frames() {
     let names = FORMS.map(|(name, ..)| name).join(" | ");
-    let mut table = format!("| Robots | {names} |\n|---{}|\n", "|---".repeat(FORMS.len()));
+    let entries = "entry | entry of a 4th stigmergy";
+    let mut table =
+        format!("| Robots | {names} | {entries} |\n|---{}|\n", "|---".repeat(FORMS.len() + 2));
     let mut too_few = String::new();
     for circle in &CIRCLES {
         for &count in circle.counts {
@@ -120,7 +204,17 @@ fn messages_of_k_frames_arrive_nearly_as_often_as_k_frames() {
                 }
                 write!(table, "| {:.0} % ", 100.0 * share).unwrap();
             }
-            table += "|\n";
+            let numbers = if count == 4 { &NUMBERS[..] } else { &[101] };
+            let has_room = count <= circle.entries;
+            for share in single
+                .filter(|_| has_room)
+                .map(|single| least_entries(circle, count, numbers, single, &mut too_few))
+                .into_iter()
+                .flatten()
+            {
+                write!(table, "| {:.0} % ", 100.0 * share).unwrap();
+            }
+            table += if has_room { "|\n" } else { "| | |\n" };
         }
     }
     assert_eq!(too_few, "", "\n{table}");

@@ -4,6 +4,7 @@
 
 mod adversaries;
 mod backends;
+mod barriers;
 mod bodies;
 mod busy;
 mod checks;
