@@ -1,0 +1,82 @@
+//! Barriers on the images of all robots: a stigmergy with the number 101 takes no longer than one with the number 0. No frame is
+//! lost by chance, because one loss more or less takes longer than all else.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use bittybuzz_arena::run::{Program, Setup, Simulation};
+use bittybuzz_arena::scenario::Scenario;
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
+use bittybuzz_hil::kilobots::behavior;
+use bittybuzz_hil::{Core, ScriptFile, crazyflie_tiny, table};
+
+const ROBOTS: usize = 4;
+/// Each robot puts its number in step 20, and shows green when it knows those of all.
+const BARRIER: &str = "\
+t = 0
+wall = stigmergy.create(NUMBER)
+function step() {
+  t = t + 1
+  if(t == 20) wall.put(id, 1)
+  if(wall.size() == 4) led(2)
+}
+";
+/// The first tick in which a robot may have put.
+const PUT: u32 = 20;
+
+/// Returns the ticks from the puts until the last robot has passed.
+fn ticks(robot: &str, group: &str, firmware: &Path, core: Core, number: u16) -> u32 {
+    let script = BARRIER.replace("NUMBER", &number.to_string());
+    let file = ScriptFile::new(&format!("barrier-{robot}-{number}"), &script);
+    let text = format!(
+        "[world]\nsize = [800, 500]\nduration = 60\n\
+         [[robots]]\nrobot = \"{robot}\"\nscript = '{}'\nbackend = \"firmware\"\nfirmware = '{}'\n\
+         count = {ROBOTS}\nfirst_id = 1\nplacement = \"circle\"\n{group}",
+        file.path(),
+        firmware.display()
+    );
+    let models = bittybuzz_robot_models::all();
+    let scenario = Scenario::parse(&text, "test.toml", Path::new(""), &[], &models)
+        .unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let robot = Some(scenario.groups[0].robot.clone());
+    let options = Options { robot, robots: bittybuzz_robot_files::all_shipped(), profile: None };
+    let compiled =
+        compile(Path::new(file.path()), script, &IncludeLoader::new(&DiskFiles), &options);
+    let program = Program { image: compiled.image.unwrap(), symbols: compiled.symbols };
+    let model = scenario.groups[0].model.name();
+    let setup = Setup::new(scenario, vec![program]).unwrap();
+    let setup = setup.emulated_by(model, core.program().to_owned());
+    let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
+    for tick in 0.. {
+        assert!(!simulation.is_over(), "{model}, number {number}: a robot never passes");
+        simulation.tick().unwrap_or_else(|error| panic!("{error}"));
+        if (0..ROBOTS).all(|robot| simulation.view(robot).is_some_and(|view| view.led == 2)) {
+            return tick - PUT;
+        }
+    }
+    unreachable!("a simulation ends")
+}
+
+fn compare(robot: &str, group: &str, firmware: &Path, core: Core) {
+    let [zero, other] = [0, 101].map(|number| ticks(robot, group, firmware, core, number));
+    println!("{robot}: {zero} ticks with number 0, {other} with 101");
+    // A tick, because a frame may be just in time for a step or just too late.
+    assert!(other <= zero + 1, "{robot}: {zero} ticks with number 0, {other} with 101");
+}
+
+#[test]
+fn kilobots_pass_as_fast() {
+    compare("kilobot", "radius = 45\n[medium.ir]\nloss = 0\n", &behavior("stigmergy"), Core::Avr);
+}
+
+#[test]
+fn zooids_pass_as_fast() {
+    compare("zooids", "radius = 100\n[medium.nrf24]\nloss = 0\n", &table::zooids(), Core::Own);
+}
+
+#[test]
+fn crazyflies_pass_as_fast() {
+    let group = "radius = 150\nprofile = \"tiny\"\n[medium.p2p]\nloss = 0\n";
+    compare("crazyflie", group, &crazyflie_tiny(), Core::Unicorn);
+}
