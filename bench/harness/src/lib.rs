@@ -70,9 +70,9 @@ enum Subject {
         #[arg(long)]
         update: bool,
     },
-    /// Measures the longest slices of scripts on the robots' images, in emulation
+    /// Measures the longest slices of scripts on the robots' images, and other figures, in emulation
     Slices {
-        /// Records the slices of today in `bench/hil.json`
+        /// Records the figures of today in `bench/hil.json`
         #[arg(long)]
         update: bool,
     },

@@ -11,6 +11,9 @@ use bittybuzz_builds::cargo_test::{CHECK, FIGURES};
 use bittybuzz_builds::shell::root;
 use serde_json::Value;
 
+/// The parts of a thousand by which most figures may differ.
+pub const TOLERANCE: u64 = 20;
+
 const FILE: &str = "bench/hil.json";
 
 /// Held while the file is rewritten, because the tests are threads of one process.
@@ -19,6 +22,7 @@ static WRITER: Mutex<()> = Mutex::new(());
 /// Compares figures of a robot with the recorded ones, or records them, as the variable [`FIGURES`] says.
 /// Without it, nothing happens: mutants of the firmware have other figures. A figure may differ from the
 /// recorded one by `tolerance` parts of a thousand.
+/// [`TOLERANCE`] is for figures of more than slices, which small changes of the firmware move.
 pub fn check(robot: &str, group: &str, measured: &[(&str, u64)], tolerance: u64) {
     let Ok(wanted) = std::env::var(FIGURES) else { return };
     let path = root().join(FILE);

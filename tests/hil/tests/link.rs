@@ -1,10 +1,14 @@
 //! The robot's side of syslink, as the nRF51 sees it.
 
+use std::time::Duration;
+
 use bittybuzz_comms::syslink::SWARM_PORT;
 use bittybuzz_hil::{
     Command, Core, ECHO_HEADER, EmulatorEvent, RADIO_RAW, Robot, ScriptFile, frames, motors,
     resets, text, trace,
 };
+
+use crate::figures::{self, TOLERANCE};
 
 const P2P: u8 = 0x0a;
 const SHUTDOWN_ACK: u8 = 0x16;
@@ -91,6 +95,10 @@ fn a_busy_script_does_not_delay_the_link(core: Core, pings: u8) {
     });
     let slowest = slowest.max().unwrap();
     println!("slowest echo of {pings}: {slowest:?}");
+    if core == Core::Unicorn {
+        let figures = [("slowest of 100", slowest.as_micros() as u64)];
+        figures::check("crazyflie", "echo_us", &figures, TOLERANCE);
+    }
     assert!(slowest.as_micros() <= 2000, "{slowest:?}");
 }
 
@@ -115,6 +123,8 @@ fn shutdown_stops_the_motors_and_is_acknowledged() {
     let events = robot.run_ms(20);
     let (acknowledged, _) = frames(&events, SHUTDOWN_ACK).next().expect("an acknowledgement");
     println!("acknowledged after {:?}", acknowledged - asked);
+    let figures = [("answer", (acknowledged - asked).as_micros() as u64)];
+    figures::check("crazyflie", "shutdown_us", &figures, TOLERANCE);
     assert!((acknowledged - asked).as_micros() <= 2000, "{:?}", acknowledged - asked);
     assert_eq!(motors(&robot.events), [0.0; 4]);
     // Before the acknowledgement, after which the power goes and they stop anyway.
@@ -251,7 +261,8 @@ fn a_line_that_stays_blocked_harms_nothing() {
 }
 
 /// Everything that reaches the robot's receiver, as fast as the line can: neither harm nor loss afterwards.
-fn noise(bytes: usize, seed: u64) {
+/// Returns the longest wait of a received byte.
+fn noise(bytes: usize, seed: u64) -> Duration {
     let script = "function init() { n = 0 } function step() { n = n + 1 led(n % 8) log(\"a line of some length \", n, \" \", n, \" \", n) }";
     let mut robot = Robot::crazyflie(Core::Unicorn, script);
     robot.run_ms(200);
@@ -316,6 +327,7 @@ fn noise(bytes: usize, seed: u64) {
     assert_eq!(statistics.overruns, 0);
     // From the end of a byte's stop bit to the read of the data register.
     assert!(statistics.receive_latency.as_micros() <= 10, "{statistics:?}");
+    statistics.receive_latency
 }
 
 fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
@@ -331,7 +343,9 @@ fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
 
 #[test]
 fn noise_harms_nothing() {
-    noise(30_000, 0x9e37_79b9_7f4a_7c15);
+    let longest = noise(30_000, 0x9e37_79b9_7f4a_7c15);
+    let figures = [("longest", longest.as_nanos() as u64)];
+    figures::check("crazyflie", "byte_wait_ns", &figures, TOLERANCE);
 }
 
 /// A minute or so: `cargo xtask soak` runs it.

@@ -8,6 +8,8 @@ use std::time::Duration;
 
 use bittybuzz_hil::{EmulatorEvent, Table};
 
+use crate::figures::{self, TOLERANCE};
+
 /// Cycles in a tick of 100 ms.
 const TICK_CYCLES: f64 = 4_800_000.0;
 const NEIGHBORS: u16 = 8;
@@ -32,6 +34,10 @@ struct Cost {
 
 fn ms(cycles: f64) -> f64 {
     cycles / TICK_CYCLES * 100.0
+}
+
+fn us(cycles: f64) -> u64 {
+    (1000.0 * ms(cycles)).round() as u64
 }
 
 /// Of robot 1 with a script, when it hears so many neighbors before each step: robots 10, 11, ... with the same script. At the end of
@@ -102,6 +108,8 @@ fn eight_messages_take_little_of_a_step() {
     println!("an empty step: {:.0} cycles, {:.3} ms", quiet.step, ms(quiet.step));
     println!("8 messages in a step: {step:.0} cycles, {:.3} ms; the paper: 4.45 ms", ms(step));
     println!("with their reception: {whole:.0} cycles, {:.3} ms", ms(whole));
+    let costs = [("in an empty step", us(step)), ("with their reception", us(whole))];
+    figures::check("zooids", "messages_us", &costs, TOLERANCE);
     // The goal for the step is 0.2 ms: docs/performance.md.
     assert!(step <= 9_600.0 && whole <= 41_000.0, "{step} {whole}");
 }
@@ -121,9 +129,10 @@ fn a_gradient_takes_little_of_a_step() {
     // The nearest of the neighbors is one hop from the source.
     let busy = cost(&gradient, NEIGHBORS, "2");
     let idle = cost(&script("", "", "0"), 0, "0");
-    for (what, cycles) in
-        [("the step", busy.step - idle.step), ("with the radio", busy.whole - idle.whole)]
-    {
+    let costs = [("the step", busy.step - idle.step), ("with the radio", busy.whole - idle.whole)];
+    let figures = costs.map(|(what, cycles)| (what, us(cycles)));
+    figures::check("zooids", "gradient_us", &figures, TOLERANCE);
+    for (what, cycles) in costs {
         let share = cycles / TICK_CYCLES * 100.0;
         println!(
             "gradient, {what}: {cycles:.0} cycles, {:.3} ms, {share:.2} % of 100 ms",

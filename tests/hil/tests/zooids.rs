@@ -6,6 +6,8 @@ use bittybuzz_comms::trace::Unused;
 use bittybuzz_hil::{Command, Core, EmulatorEvent, Place, PowerDetector, Table, resets};
 use bittybuzz_vm_core::NetworkCounters;
 
+use crate::figures::{self, TOLERANCE};
+
 /// Logs its number with every step.
 const COUNT: &str = "function init() { n = 0 }\nfunction step() { n = n + 1  log(n) }";
 
@@ -493,12 +495,14 @@ fn rms(values: &[f64]) -> f64 {
 /// `pos` says at a step against where the robot is then.
 #[test]
 fn positions_are_right_while_it_drives() {
-    for glitches_per_s in [0.0, 200.0] {
-        drive_under(glitches_per_s);
-    }
+    let rms = [0.0, 200.0].map(drive_under);
+    let worst = |of: fn(&[f64; 2]) -> f64| (1000.0 * rms.iter().map(of).fold(0.0, f64::max)) as u64;
+    let figures = [("um rms", worst(|[mm, _]| *mm)), ("millidegrees rms", worst(|[_, deg]| *deg))];
+    figures::check("zooids", "drive", &figures, TOLERANCE);
 }
 
-fn drive_under(glitches_per_s: f64) {
+/// Returns the root mean squares of the errors, in mm and degrees.
+fn drive_under(glitches_per_s: f64) -> [f64; 2] {
     let script = "function step() { log(pos.x, pos.y, pos.orientation) }";
     let (mut off, mut turned, mut blind) = (vec![], vec![], 0);
     for (seed, heading, turn) in
@@ -552,6 +556,7 @@ fn drive_under(glitches_per_s: f64) {
     assert!(off.len() > 40 && blind == 0, "{} {blind}", off.len());
     assert!(rms(&off) <= 2.5, "{:.2} mm rms", rms(&off));
     assert!(rms(&turned) <= 3.0, "{:.2} degrees rms", rms(&turned));
+    [rms(&off), rms(&turned)]
 }
 
 #[test]
@@ -589,7 +594,9 @@ function step() {
     );
     let content = table.read(0, stack.address, stack.size);
     let spare = content.iter().take_while(|byte| **byte == PAINT).count();
-    println!("{} of {} bytes of stack are used", content.len() - spare, content.len());
+    let used = content.len() - spare;
+    println!("{used} of {} bytes of stack are used", content.len());
+    figures::check("zooids", "stack_bytes", &[("used", used as u64)], TOLERANCE);
     assert!(spare >= 512, "{spare} bytes to spare");
 }
 

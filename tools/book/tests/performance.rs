@@ -23,6 +23,8 @@ fn tables_are_those_of_the_recorded_counts() {
         ("sizes", sizes()),
         ("machine", machine()),
         ("slices", slices()),
+        ("crazyflie", figures("crazyflie", &CRAZYFLIE)),
+        ("zooid", figures("zooids", &ZOOID)),
     ];
     check("docs/performance.md", "performance.rs", &parts);
     check("README.md", "performance.rs", &[("worth", worth())]);
@@ -162,6 +164,77 @@ fn slices() -> String {
         let cells =
             robots.map(|robot| longest(robot).map_or(String::new(), |slice| number(slice as f64)));
         text += &format!("| {title} | {} |\n", cells.join(" | "));
+    }
+    format!("{text}\nRecorded on {}.\n\n", recorded["date"].as_str().unwrap())
+}
+
+/// A row of a table of a robot's figures: the quantity, group and name of the figure in bench/hil.json,
+/// the factor to the unit that is printed, the digits and the unit, and the limit.
+type FigureRow = (&'static str, [&'static str; 2], f64, usize, &'static str, &'static str);
+
+const CRAZYFLIE: [FigureRow; 4] = [
+    (
+        "longest wait of a received byte, under noise at line rate",
+        ["byte_wait_ns", "longest"],
+        1.0,
+        0,
+        "ns",
+        "10 µs",
+    ),
+    (
+        "echo of a frame while a step never ends, slowest of 100",
+        ["echo_us", "slowest of 100"],
+        1e-3,
+        2,
+        "ms",
+        "2 ms",
+    ),
+    (
+        "answer to a shutdown request while a step never ends",
+        ["shutdown_us", "answer"],
+        1e-3,
+        2,
+        "ms",
+        "2 ms",
+    ),
+    ("from a dead task to the reset, longest", ["dead_task_ms", "longest"], 1.0, 0, "ms", "351 ms"),
+];
+
+const ZOOID: [FigureRow; 7] = [
+    ("stack used, of 2,048 bytes", ["stack_bytes", "used"], 1.0, 0, "bytes", "1,536 bytes"),
+    ("position while it drives at 0.3 m/s", ["drive", "um rms"], 1e-3, 2, "mm rms", "2.5 mm"),
+    ("heading", ["drive", "millidegrees rms"], 1e-3, 1, "degrees rms", "3 degrees"),
+    ("8 messages in an empty step", ["messages_us", "in an empty step"], 1e-3, 3, "ms", "0.2 ms"),
+    (
+        "8 messages with their reception by radio",
+        ["messages_us", "with their reception"],
+        1e-3,
+        3,
+        "ms",
+        "0.854 ms",
+    ),
+    ("gradient with 8 neighbors", ["gradient_us", "the step"], 1e-3, 2, "ms", "1.5 ms"),
+    (
+        "gradient with 8 neighbors and their reception",
+        ["gradient_us", "with the radio"],
+        1e-3,
+        2,
+        "ms",
+        "1.5 ms",
+    ),
+];
+
+fn figures(robot: &str, rows: &[FigureRow]) -> String {
+    let recorded = fs::read_to_string(path("bench/hil.json")).unwrap();
+    let recorded: Value = serde_json::from_str(&recorded).unwrap();
+    let mut text = "\n| Quantity | Measured | Limit |\n|---|---|---|\n".to_owned();
+    for (quantity, [group, name], factor, digits, unit, limit) in rows {
+        let figure = recorded[group][robot][name].as_f64().unwrap();
+        let value = match *digits {
+            0 => number(figure * factor),
+            digits => format!("{:.digits$}", figure * factor),
+        };
+        text += &format!("| {quantity} | {value} {unit} | {limit} |\n");
     }
     format!("{text}\nRecorded on {}.\n\n", recorded["date"].as_str().unwrap())
 }
