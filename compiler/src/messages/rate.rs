@@ -29,28 +29,41 @@ pub fn rates(
     for function in &program.functions {
         assigned_values(&function.body, &mut assigned);
     }
-    let mut walk =
-        Walk { program, meanings, assigned, rates: BTreeMap::new(), visited: BTreeSet::new() };
+    let mut walk = Walk {
+        meanings,
+        assigned,
+        rates: BTreeMap::new(),
+        visited: BTreeSet::new(),
+        waiting: BTreeSet::new(),
+    };
     let step = program.find_name("step").map(|step| meanings.of(step));
     if let Some(Meaning::Function(step)) = step {
         walk.function(step, Some(Rate { period: 1, is_certain: true }));
+    }
+    // The most frequent execution comes first, so that each function is followed once: a condition
+    // makes no call more frequent. A recursion would be as deep as the calls of the script.
+    while let Some((_, id, rate)) = walk.waiting.pop_first() {
+        if walk.visited.insert(id) {
+            walk.stmts(id, &program.function(id).body, rate);
+        }
     }
     walk.rates
 }
 
 struct Walk<'a> {
-    program: &'a ResolvedScript,
     meanings: &'a Meanings<'a>,
     /// The values that the script assigns to each global.
     assigned: BTreeMap<NameId, Vec<&'a CheckedExpr>>,
     rates: BTreeMap<(FunctionId, Span), Option<Rate>>,
-    visited: BTreeSet<(FunctionId, Option<Rate>)>,
+    visited: BTreeSet<FunctionId>,
+    /// Functions that were reached, with the rank of their rate.
+    waiting: BTreeSet<(Rank, FunctionId, Option<Rate>)>,
 }
 
 impl<'a> Walk<'a> {
     fn function(&mut self, id: FunctionId, rate: Option<Rate>) {
-        if self.visited.insert((id, rate)) {
-            self.stmts(id, &self.program.function(id).body, rate);
+        if !self.visited.contains(&id) {
+            self.waiting.insert((rank(rate), id, rate));
         }
     }
 
@@ -98,8 +111,7 @@ impl<'a> Walk<'a> {
         match &expr.kind {
             CheckedExprKind::Call { callee, args } => {
                 let known = self.rates.entry((function, expr.span)).or_insert(rate);
-                // The most frequent execution counts; no rate is more frequent than any.
-                *known = known.zip(rate).map(|(a, b)| if is_before(b, a) { b } else { a });
+                *known = std::cmp::min_by_key(*known, rate, |rate| rank(*rate));
                 match self.meanings.function(callee) {
                     Some(called) => self.function(called, rate),
                     None => self.expr(function, callee, rate),
@@ -182,9 +194,13 @@ fn is_next(value: &CheckedExpr, name: NameId) -> bool {
         && matches!(right.kind, CheckedExprKind::Int(1))
 }
 
-/// Returns true if the first rate is more frequent, or as frequent and certain.
-fn is_before(a: Rate, b: Rate) -> bool {
-    (a.period, !a.is_certain) < (b.period, !b.is_certain)
+/// A place in the order of rates.
+type Rank = (u32, bool);
+
+/// Returns the place of a rate, the most frequent one first: no bound, then the shorter period, then
+/// the certain one.
+fn rank(rate: Option<Rate>) -> Rank {
+    rate.map_or((0, false), |rate| (rate.period, !rate.is_certain))
 }
 
 fn uncertain(rate: Option<Rate>) -> Option<Rate> {

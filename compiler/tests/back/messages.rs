@@ -171,6 +171,27 @@ fn rates() {
     }
 }
 
+/// Each function calls the next one, always or now and then: the analysis neither recurses nor follows a function twice.
+#[test]
+fn long_chains_of_calls() {
+    let chain: String = (0..1000)
+        .map(|number| {
+            format!(
+                "function f{number}() {{ f{}() if(n % {} == 0) f{}() }}\n",
+                number + 1,
+                number + 2,
+                number + 2
+            )
+        })
+        .collect();
+    let script = format!(
+        "n = 0\n{chain}function f1001() {{ log(1) }}\nfunction f1000() {{ neighbors.broadcast(\"k\", 1) }}\n\
+         function step() {{ n = n + 1 f0() }}"
+    );
+    let found = messages(&script, FULL);
+    assert_eq!(found[0].rate, Some(Rate { period: 1, is_certain: true }));
+}
+
 fn warnings(compiled: &Compiled) -> Vec<&Diagnostic> {
     compiled.diagnostics.iter().filter(|found| found.code.text() == "W0227").collect()
 }
