@@ -72,6 +72,7 @@ pub struct MessageCosts<'a> {
 }
 
 impl<'a> MessageCosts<'a> {
+    /// Returns the analysis of a script, in which no message has been found yet.
     pub fn new(
         program: &'a ResolvedScript,
         meanings: &'a Meanings<'a>,

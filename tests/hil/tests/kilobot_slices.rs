@@ -4,7 +4,8 @@
 use crate::figures;
 use bittybuzz_hil::Kilobots;
 
-/// Fills the memory but for a little, and then makes garbage all the time.
+/// Fills the memory but for a little, and then makes garbage all the time. The number of turns of the inner loop changes, so
+/// that collections begin at all moments of a slice: otherwise the longest turn would depend on a coincidence.
 const GARBAGE: &str = "\
 function init() {
   keep = {}
@@ -13,11 +14,15 @@ function init() {
     keep[i] = { .a = i, .b = i }
     i = i + 1
   }
+  pause = 0
 }
 function step() {
   i = 0
   while(i < 100) {
     t = { .x = i, .y = { .z = i } }
+    pause = (pause * 5 + 3) % 16
+    j = 0
+    while(j < pause) j = j + 1
     i = i + 1
   }
 }
@@ -73,7 +78,7 @@ fn longest_turn(script: &str) -> u64 {
     robots.run_ms(500);
     // The start of the script is left out: it takes the check of the image as well.
     robots.longest_turn(0);
-    robots.run_ms(2_000);
+    robots.run_ms(20_000);
     robots.longest_turn(0)
 }
 
