@@ -1,7 +1,7 @@
 //! The description of the world, which a client needs before the first sample.
 
-use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
 use bittybuzz_arena::engine::Medium;
+use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{Group, ObstacleSection, Outline, QUANTITIES};
 
 use crate::conditions;
