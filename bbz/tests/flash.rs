@@ -206,7 +206,7 @@ fn a_script_needs_room() {
 fn an_image_needs_memory() {
     let folder = Folder::new("flash_memory");
     let shipped = include_str!("../../robots/crazyflie/robot.toml");
-    let small = shipped.replace("slots = 471", "slots = 40");
+    let small = shipped.replace("slots = 3339", "slots = 40");
     assert_ne!(small, shipped);
     folder.write("small.toml", small);
     let globals: String = (0..30).map(|n| format!("global{n} = {n}\n")).collect();

@@ -40,6 +40,16 @@ pub struct QueueCounters {
     pub incomplete: u16,
 }
 
+/// The state of an empty queue. A host stores it instead of the queue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct EmptyQueue {
+    /// The counts of frames that were not passed on.
+    pub counters: QueueCounters,
+    is_by_age: bool,
+    frames_first: u8,
+    departures: (u16, u8),
+}
+
 /// A frame, padded with zeros to the maximum length.
 #[derive(Debug, Clone, Copy)]
 // The alignment lets a Cortex-M0 copy whole words.
@@ -144,6 +154,17 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
         self.messages.show::<BYTES>(show);
     }
 
+    /// Returns the state of the queue if it is empty. Only hosts call this function.
+    pub fn as_empty(&self) -> Option<EmptyQueue> {
+        let is_empty = self.queue.is_empty() && self.messages.is_unused();
+        is_empty.then(|| self.queue.empty_state())
+    }
+
+    /// Gives a new queue the state of another one. Only hosts call this function.
+    pub fn resume(&mut self, state: EmptyQueue) {
+        self.queue.resume(state);
+    }
+
     /// Returns true if fragments of a message have arrived. Only hosts call this function.
     pub fn is_assembling(&self) -> bool {
         self.messages.is_assembling()
@@ -235,6 +256,24 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
     pub fn show(&self, mut show: impl FnMut(&[u8])) {
         self.queue.frames().for_each(&mut show);
         self.messages.show::<BYTES>(show);
+    }
+
+    /// Returns the state of the queue if it is empty. Only hosts call this function.
+    pub fn as_empty(&self) -> Option<EmptyQueue> {
+        let departures = self.messages.empty_state()?;
+        let state = || EmptyQueue {
+            departures,
+            frames_first: self.frames_first,
+            ..self.queue.empty_state()
+        };
+        self.queue.is_empty().then(state)
+    }
+
+    /// Gives a new queue the state of another one. Only hosts call this function.
+    pub fn resume(&mut self, state: EmptyQueue) {
+        self.queue.resume(state);
+        self.messages.resume(state.departures);
+        self.frames_first = state.frames_first;
     }
 
     /// Marks the waiting broadcasts as stale at the beginning of a step: newer ones replace them.
@@ -359,6 +398,16 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
 
     fn is_empty(&self) -> bool {
         self.oldest() == NOWHERE
+    }
+
+    fn empty_state(&self) -> EmptyQueue {
+        let is_by_age = self.oldest & BY_AGE != 0;
+        EmptyQueue { counters: self.counters, is_by_age, ..EmptyQueue::default() }
+    }
+
+    fn resume(&mut self, state: EmptyQueue) {
+        self.counters = state.counters;
+        self.oldest = if state.is_by_age { NOWHERE | BY_AGE } else { NOWHERE };
     }
 
     fn len(&self) -> usize {

@@ -3,6 +3,7 @@
 use crate::network::Sizes;
 use crate::number::Profile;
 use crate::part::{Part, Parts};
+use crate::slots::Slots;
 
 /// Read-only bytes: an image in memory or in flash.
 ///
@@ -10,6 +11,10 @@ use crate::part::{Part, Parts};
 /// copy is in RAM. A value of this type usually takes no memory or two words, and is passed by
 /// value.
 pub trait ByteCode: Copy {
+    /// The memory of the machine that runs this image: `P::Slots<SLOTS>`, an array in the machine,
+    /// or a storage of the host.
+    type Slots<P: Profile, const SLOTS: usize>: Slots<P>;
+
     /// The parts of the machine that runs this image. Firmware with little flash leaves out those
     /// that its scripts do not use.
     const PARTS: Parts = Parts::ALL;
@@ -53,6 +58,8 @@ pub trait ByteCode: Copy {
 }
 
 impl ByteCode for &[u8] {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     #[hot]
     fn len(&self) -> usize {
         <[u8]>::len(self)
@@ -109,6 +116,8 @@ impl<'a, const BYTES: usize> FlashArea<'a, BYTES> {
 }
 
 impl<const BYTES: usize> ByteCode for FlashArea<'_, BYTES> {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     #[hot]
     fn len(&self) -> usize {
         self.length

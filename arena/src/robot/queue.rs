@@ -1,5 +1,7 @@
 //! The queues of frames between a machine and its link.
 
+mod on_demand;
+
 use std::hash::Hash;
 
 use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
@@ -8,6 +10,7 @@ use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
 use crate::engine::{Digest, FrameSighting};
+use on_demand::OnDemand;
 
 /// A queue of received frames, of any length.
 pub trait InQueue {
@@ -82,11 +85,11 @@ pub trait QueueProfile: Profile {
 }
 
 /// The largest capacity of a queue in frames.
-pub const QUEUED_MAX: usize = 32;
+pub const QUEUED_MAX: usize = bittybuzz_robot_spec::QUEUED_MAX as usize;
 
 /// A queue for at most `length` frames, which may be less than the capacity of its type.
 ///
-/// A type for each length would add 31 copies of the code of each queue, for which the playground's
+/// A type for each length would add 63 copies of the code of each queue, for which the playground's
 /// module has no room.
 #[derive(Clone)]
 pub struct Bounded<Q> {
@@ -308,12 +311,12 @@ macro_rules! queues {
         impl QueueProfile for $profile {
             fn inbox(length: usize, messages: usize) -> Box<dyn InQueue + Send> {
                 type Queue = Inbox<$profile, FrameSighting, { $frame }, QUEUED_MAX, LONG>;
-                Box::new(Bounded::<Queue>::inbox(length, messages))
+                Box::new(OnDemand::<Bounded<Queue>>::new(length, messages))
             }
 
             fn outbox(length: usize, messages: usize) -> Box<dyn OutQueue + Send> {
                 type Queue = Outbox<$profile, { $frame }, QUEUED_MAX, LONG>;
-                Box::new(Bounded::<Queue>::outbox(length, messages))
+                Box::new(OnDemand::<Bounded<Queue>>::new(length, messages))
             }
         }
     };

@@ -24,7 +24,10 @@ fn messages_with_the_robots_own_id_are_counted_and_ignored() {
 fn robots_of_one_script_understand_each_other() {
     let script = "function init() {
             s = stigmergy.create(1)
-            s.onconflict(function(key, local, remote) { return local })
+            s.onconflict(function(key, local, remote) {
+              if(local.robot > remote.robot) return local
+              return remote
+            })
             w = swarm.create(1)
             w.join()
             neighbors.listen(\"x\", function(topic, value, robot) { s.put(\"k\", value) })
@@ -33,7 +36,7 @@ fn robots_of_one_script_understand_each_other() {
     let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
     swarm.steps(5);
     assert_eq!(swarm.robots[0].counters(), NetworkCounters::default());
-    let mut swarm: Swarm<Tiny> = Swarm::new(2, &script.replace("return local", "return remote"));
+    let mut swarm: Swarm<Tiny> = Swarm::new(2, &script.replace("robot >", "robot <"));
     swarm.steps(40);
     for robot in &swarm.robots {
         assert_eq!(robot.counters(), NetworkCounters::default());

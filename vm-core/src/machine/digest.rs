@@ -7,6 +7,7 @@ use core::ops::Range;
 use super::network::Protocol;
 use super::{Vm, VmState};
 use crate::bytecode::ByteCode;
+use crate::heap::CollectionState;
 use crate::number::{Profile, TextWork};
 use crate::slots::Slots;
 use crate::value::Tag;
@@ -27,6 +28,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let arena = &self.arena;
         (arena.top() as u16, arena.bottom, arena.free, arena.reserved).hash(hasher);
         (arena.floor, arena.pressed, arena.allocated).hash(hasher);
+        if Self::PAUSES {
+            arena.collection.get().hash(hasher);
+        }
         let network = self.network_base();
         // Slots between frames and heap are written before they are read.
         self.hash_slots(0..usize::from(*sp), hasher);

@@ -4,7 +4,9 @@
 //! neighbors' digests are equal to its own, a robot sends no entry. A digest that differs makes it
 //! advertise all its entries once, one after the other, at intervals that grow as in Trickle (RFC
 //! 6206): they are short after a change and long when nothing is new. A random part is added to
-//! each, and they grow further when a neighbor shows that it has the same entry.
+//! each, and they grow further when a neighbor shows that it has the same entry. A neighbor that
+//! hears nobody sends the same digest for ever: the pauses before all entries are repeated for it
+//! double.
 //!
 //! A robot whose store has no room for the keys of the others can never equal them. It signals this
 //! by beacons without a digest. Near such a robot entries are advertised at a low constant rate,
@@ -21,6 +23,7 @@ use crate::host::Host;
 use crate::machine::Vm;
 use crate::message::frame::Frame;
 use crate::message::{StigmergyEntry, Swarms};
+use crate::network::Places;
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::Value;
@@ -37,11 +40,22 @@ const SLOW_TURNS: u8 = 4;
 const RELAY_PAUSE: u8 = 64;
 /// The most entries that are sent when an entry point ends. The others follow when the next ones
 /// end, so that no step takes the time of a whole store.
-const NEWS_MAX: u8 = 4;
+pub(in crate::machine) const NEWS_MAX: u8 = 4;
+/// A turn advertises one more entry for each 64 entries that are still to be advertised.
+const BURST_ENTRIES: Places = 64;
+/// The most entries that a turn advertises in addition to one.
+const BURST_MAX: Places = 7;
 /// Steps after which the age of a deleted entry grows by one.
 const AGE_STEPS: u16 = 16;
 /// Steps after which one more answer may be sent at once, up to [`NEWS_MAX`].
 const ANSWER_STEPS: u16 = 2;
+/// Steps after which the first answer may be sent when all have been used up: most of them had no
+/// effect.
+const USED_UP_STEPS: u16 = 16;
+/// The shortest and the longest time between two rounds of all entries for a neighbor whose digest
+/// stays another one. It doubles with each round: a neighbor that hears nobody never changes.
+const HELP_MIN: u8 = 4;
+const HELP_MAX: u8 = 128;
 /// Steps after which a robot may put again one more of the entries from before its restart.
 const RECLAIM_STEPS: u16 = 256;
 /// Steps after which a robot whose store had no room compares digests again. Otherwise one forged
@@ -73,6 +87,43 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
             }
         }
+        self.flush_swarms(host);
+    }
+
+    /// Does what [`Vm::flush_stigmergy`] does, from the entry at `place` on, but sends only one
+    /// entry, since it takes long to write a table. `left` is the number of entries that may still
+    /// be sent. Returns true if this has to go on, from `place` on.
+    pub(in crate::machine) fn flush_next<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        place: &mut u16,
+        left: u16,
+    ) -> bool {
+        #[allow(clippy::useless_conversion, reason = "on a small chip it is a byte")]
+        while *place < u16::from(self.sizes().entries) {
+            let at = self.entry_slot(*place as Places);
+            *place += 1;
+            let state = self.entry_state(at);
+            if state & NEWS != 0 {
+                if left == 0 {
+                    self.protocol.has_dirty_entries = true;
+                    break;
+                }
+                if self.send_entry_at(host, at) {
+                    self.set_entry_state(at, state & !NEWS);
+                } else {
+                    self.protocol.has_dirty_entries = true;
+                }
+                return true;
+            }
+        }
+        self.flush_swarms(host);
+        false
+    }
+
+    /// Sends the memberships that the ending entry point has changed.
+    #[hot]
+    fn flush_swarms<H: Host<P>>(&mut self, host: &mut H) {
         for place in 0..self.sizes().swarms {
             let at = self.swarm_slot(place);
             let swarm = self.arena.get(at);
@@ -205,8 +256,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             has_entries = self.protocol.has_dropped || self.protocol.meets_beacon;
             self.protocol.meets_beacon = false;
         }
+        let mut burst = self.burst();
         let entries = self.sizes().entries;
-        let all = entries + self.sizes().swarms;
+        let all = entries + Places::from(self.sizes().swarms);
         for _ in 0..all {
             let mut place = self.protocol.advertised + 1;
             if place >= all {
@@ -214,18 +266,45 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             self.protocol.advertised = place;
             if place >= entries {
-                let place = place - entries;
+                let place = (place - entries) as u8;
                 if self.arena.get(self.swarm_slot(place)).tag() != crate::value::Tag::NIL {
                     return self.send_swarm(host, place);
                 }
             } else if has_entries {
                 let at = self.entry_slot(place);
-                if self.entry_state(at) != 0 && at != sent {
-                    self.send_entry_at(host, at);
+                if self.entry_state(at) == 0 || at == sent || self.may_skip(at) {
+                    continue;
+                }
+                self.send_entry_at(host, at);
+                if burst == 0 {
                     return;
                 }
+                burst -= 1;
+                self.protocol.unadvertised = self.protocol.unadvertised.saturating_sub(1);
             }
         }
+    }
+
+    /// Returns true if an entry need not be advertised now, since neighbors have it, too. One in
+    /// four such entries is advertised nevertheless: the neighbor that sent it may be out of reach
+    /// of another one that lacks it.
+    #[hot]
+    fn may_skip(&mut self, at: usize) -> bool {
+        let is_skipped = self.take_heard(at) && self.random() & 3 != 0;
+        if is_skipped {
+            self.protocol.unadvertised = self.protocol.unadvertised.saturating_sub(1);
+        }
+        is_skipped
+    }
+
+    /// Returns the number of entries that a turn advertises in addition to one. With thousands of
+    /// entries, a missing one would otherwise be found only after an hour.
+    #[hot]
+    fn burst(&self) -> Places {
+        if !self.sizes().have_index() {
+            return 0;
+        }
+        (self.protocol.unadvertised / BURST_ENTRIES).min(BURST_MAX)
     }
 
     /// Sends the entry whose first slot is `at`. Returns false if the host has no room for it.
@@ -245,11 +324,24 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !self.is_comparable() || theirs == self.digest() {
             return;
         }
-        if self.protocol.unadvertised == 0 {
+        let protocol = &mut self.protocol;
+        let theirs = theirs as u16;
+        if protocol.differing != theirs {
+            protocol.differing = theirs;
+            protocol.help_pause = HELP_MIN;
+        } else if protocol.timer(Timer::Help) != 0 {
+            return;
+        }
+        let pause = protocol.help_pause;
+        protocol.set_timer(Timer::Help, pause);
+        if pause != HELP_MAX {
+            protocol.help_pause = pause << 1;
+        }
+        if protocol.unadvertised == 0 {
             self.advertise_soon();
         }
-        let used = |place: &u8| self.entry_state(self.entry_slot(*place)) != 0;
-        self.protocol.unadvertised = (0..self.sizes().entries).filter(used).count() as u8;
+        let used = |place: &Places| self.entry_state(self.entry_slot(*place)) != 0;
+        self.protocol.unadvertised = (0..self.sizes().entries).filter(used).count() as Places;
     }
 
     /// Returns the sum of the hashes of all entries, of 24 bits. Deleted entries are not included,
@@ -295,7 +387,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn grow_older(&mut self) {
         let protocol = &mut self.protocol;
         protocol.age = protocol.age.wrapping_add(1);
-        if protocol.age.is_multiple_of(ANSWER_STEPS) && protocol.answers < NEWS_MAX {
+        let steps = if protocol.answers == 0 { USED_UP_STEPS } else { ANSWER_STEPS };
+        if protocol.age.is_multiple_of(steps) && protocol.answers < NEWS_MAX {
             protocol.answers += 1;
         }
         if protocol.age.is_multiple_of(RECLAIM_STEPS) && protocol.reclaimed != 0 {

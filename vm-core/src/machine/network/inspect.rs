@@ -7,6 +7,7 @@ use super::swarms::{MEMBER, NEWS, object_number};
 use crate::bytecode::ByteCode;
 use crate::machine::{OVERLAYS, Vm};
 use crate::message::ScriptIdentity;
+use crate::network::Places;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -200,7 +201,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns the number of stored entries of all stigmergies, including deleted ones.
     pub fn entry_count(&self) -> usize {
-        let has_entry = |place: &u8| self.entry_state(self.entry_slot(*place)) != 0;
+        let has_entry = |place: &Places| self.entry_state(self.entry_slot(*place)) != 0;
         (0..self.sizes().entries).filter(has_entry).count()
     }
 

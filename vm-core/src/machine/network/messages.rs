@@ -87,13 +87,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.in_message = true;
         if Self::has(Part::Conflicts) && self.protocol.conflict != Conflict::None {
             // A fault of the handler leaves the conflict to the default rule.
-            self.end_conflict(host)?;
-            self.protocol.conflict = Conflict::None;
+            let is_asked_again = self.end_conflict(host)?;
+            self.protocol.conflict =
+                if is_asked_again { Conflict::Exchanged } else { Conflict::None };
             if self.fp != base {
                 return Ok(());
             }
         }
-        self.sp = base + 1 + LOCALS as u16;
+        self.drop_operands();
         let (mut frame, mut sighting) = (Frame::EMPTY, Sighting::default());
         if self.protocol.messages_left != 0
             && let Some(length) = host.receive(frame.bytes_mut(), &mut sighting)
@@ -129,31 +130,34 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return false;
         }
         self.protocol.count(Count::Failed);
-        if self.protocol.conflict == Conflict::Open {
+        if self.protocol.conflict != Conflict::None {
             self.protocol.conflict = Conflict::Failed;
         }
         // The frame in which messages are handled is the outermost one, directly above the globals.
         self.fp = (GLOBALS + usize::from(self.header.globals())) as u16;
-        self.sp = self.fp + 1 + LOCALS as u16;
+        self.drop_operands();
         self.pc = Native::MESSAGES.position() as u16;
         self.state = VmState::Running;
         true
     }
 
-    /// Ends a conflict whose handler has returned, with its result on top, or has failed.
-    fn end_conflict<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
-        let has_failed = self.protocol.conflict == Conflict::Failed;
+    /// Ends a conflict whose handler has returned, with its result on top, or has failed. Returns
+    /// true if the handler is called again.
+    fn end_conflict<H: Host<P>>(&mut self, host: &mut H) -> Result<bool, Stopped> {
         let [low, high] = (self.local(CLOCK).index() as u16).to_le_bytes();
         let [stigmergy, highest] = (self.local(CONFLICT).index() as u16).to_le_bytes();
-        let clock = u32::from_le_bytes([low, high, highest, 0]);
-        let key = self.local(KEY);
-        if has_failed {
-            let robot = self.local(THEIR_ROBOT).index() as u16;
-            let digest = self.local(THEIR_DIGEST).index() as u16;
-            let theirs = Stamp { clock, robot, value: self.local(THEIR_VALUE), digest };
-            return self.settle_by_default(host, stigmergy, key, &theirs);
-        }
-        self.settle(host, self.top(1), stigmergy, key, clock)
+        let theirs = Stamp {
+            clock: u32::from_le_bytes([low, high, highest, 0]),
+            robot: self.local(THEIR_ROBOT).index() as u16,
+            value: self.local(THEIR_VALUE),
+            digest: self.local(THEIR_DIGEST).index() as u16,
+        };
+        self.settle(host, self.protocol.conflict, stigmergy, self.local(KEY), &theirs)
+    }
+
+    /// Removes all operands of the frame for messages.
+    pub(super) fn drop_operands(&mut self) {
+        self.sp = self.fp + 1 + LOCALS as u16;
     }
 
     pub(super) fn script(&self) -> ScriptIdentity {

@@ -19,10 +19,11 @@
 //!
 //! # Memory
 //! Neighbors, entries, stigmergies and swarms are slots of the arena from [`Vm::network_base`] on,
-//! after those of the script, in this order. [`Sizes`] holds their numbers; it is set before an
+//! after those of the script, in this order, and with many entries their index. [`Sizes`] holds their numbers; it is set before an
 //! image is loaded.
 
 mod advertise;
+mod index;
 mod inspect;
 mod messages;
 mod neighbors;
@@ -40,6 +41,7 @@ use crate::network::{ENTRY, Sizes};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::{Tag, Value};
+pub(super) use advertise::NEWS_MAX;
 pub use inspect::{KnownSwarm, Neighbor, StoredEntry, Trigger};
 pub(super) use protocol::Protocol;
 use swarms::object_number;
@@ -123,6 +125,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if Self::HAS_SHARED_STATE && self.protocol.has_dirty_entries {
             self.flush_stigmergy(host);
         }
+    }
+
+    /// Returns true if entries or swarms have changed, and takes note that they are sent now.
+    #[hot]
+    pub(super) fn has_changes(&mut self) -> bool {
+        Self::HAS_SHARED_STATE && core::mem::take(&mut self.protocol.has_dirty_entries)
+    }
+
+    /// Takes note that changes are not sent yet.
+    #[hot]
+    pub(super) fn keep_changes(&mut self) {
+        self.protocol.has_dirty_entries = true;
     }
 
     /// Keeps the robot in the network while its script rests after a fault, but leaves all swarms.

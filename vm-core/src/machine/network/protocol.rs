@@ -3,7 +3,7 @@
 //! Neighbors, swarms and entries of stigmergies are not here: they are slots of the arena, above
 //! those of the script.
 
-use crate::network::Sizes;
+use crate::network::{Places, Sizes};
 
 /// The bit of [`Protocol::digest`] that is set while the sum in the lower 24 bits is valid. A
 /// change of an entry clears it.
@@ -29,6 +29,8 @@ pub(in crate::machine) enum Conflict {
     None = 0,
     /// The handler runs.
     Open,
+    /// The handler runs again, with the two entries exchanged.
+    Exchanged,
     /// The handler ended with a fault, so the default rule decides.
     Failed,
 }
@@ -61,12 +63,12 @@ pub(in crate::machine) struct Protocol {
     /// Steps between two advertisements of entries.
     pub(in crate::machine) interval: u8,
     /// The steps that are left of each [`Timer`].
-    pub(in crate::machine) timers: [u8; 3],
+    pub(in crate::machine) timers: [u8; 4],
     /// The first slot of the entry that changed last; 0 if none has changed.
     pub(in crate::machine) newest: u16,
     /// The place of the entry that was advertised last. Places after those of all entries stand for
     /// swarms.
-    pub(in crate::machine) advertised: u8,
+    pub(in crate::machine) advertised: Places,
     /// The hash of the last entry that was relayed without being kept.
     pub(in crate::machine) relayed: u16,
     /// The number of answers to neighbors that may be sent at once.
@@ -78,7 +80,11 @@ pub(in crate::machine) struct Protocol {
     /// Turns of advertising, counted modulo 256.
     pub(in crate::machine) turn: u8,
     /// The number of entries that are still to be advertised because a neighbor's digest differs.
-    pub(in crate::machine) unadvertised: u8,
+    pub(in crate::machine) unadvertised: Places,
+    /// The low bits of the last digest of a neighbor that differs.
+    pub(in crate::machine) differing: u16,
+    /// Steps before the next help for that neighbor.
+    pub(in crate::machine) help_pause: u8,
     /// True if entries were received that are not kept, so that the digest is of no use.
     pub(in crate::machine) has_dropped: bool,
     /// True if a neighbor sends beacons without a digest: it may lack entries.
@@ -103,13 +109,15 @@ pub(in crate::machine) enum Timer {
     Relay,
     /// Steps until a digest may be sent before an advertisement.
     Digest,
+    /// Steps until a neighbor whose digest stays another one gets all entries again.
+    Help,
 }
 
 impl Protocol {
     /// All zeros.
     pub(in crate::machine) const EMPTY: Self = Protocol {
         sizes: Sizes::NONE,
-        timers: [0; 3],
+        timers: [0; 4],
         stigmergies: 0,
         step: 0,
         last_sender: 0,
@@ -129,6 +137,8 @@ impl Protocol {
         age: 0,
         turn: 0,
         unadvertised: 0,
+        differing: 0,
+        help_pause: 0,
         has_dropped: false,
         meets_beacon: false,
         digest: 0,

@@ -42,10 +42,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         key: Value<P>,
         value: Value<P>,
     ) -> Result<(Value<P>, u16), Stopped> {
+        let digest = self.digest_of(stigmergy, key, value)?;
+        Ok((self.copied(value)?, digest))
+    }
+
+    /// Returns the digest of key and value of an entry, 0 if it fits a frame. Fails if the value
+    /// cannot be sent. Key and value must be on the stack or in an entry.
+    #[one_copy]
+    pub(super) fn digest_of(
+        &mut self,
+        stigmergy: u8,
+        key: Value<P>,
+        value: Value<P>,
+    ) -> Result<u16, Stopped> {
         let number = self.number_of_stigmergy(stigmergy);
         let has_frame = number < STIGMERGIES && matches!(key.tag(), Tag::INT | Tag::STRING);
         if has_frame && value.is_plain() {
-            return Ok((value, 0));
+            return Ok(0);
         }
         if !Self::has(Part::LongMessages) {
             return Err(self.fail_on(FaultCode::NotSendable, key, value));
@@ -53,8 +66,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut content = P::Content::ZERO;
         let head = Head::Entry { stigmergy: number, owner: 0, clock: 0, digest: 0 };
         let length = self.write(head, key, value, content.as_mut())?.length();
-        let digest = content::digest(content.as_ref().get(..length).unwrap_or(&[]));
-        Ok((self.copied(value)?, digest))
+        Ok(content::digest(content.as_ref().get(..length).unwrap_or(&[])))
     }
 
     /// Copies the tables in a value of an entry, so that a script which changes the copy does not

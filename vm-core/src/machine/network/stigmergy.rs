@@ -10,7 +10,8 @@
 //! idempotent, commutative and associative: replicas that have seen the same entries are equal,
 //! in whatever order and however often these arrived. The clock is a Lamport clock, a serial
 //! number of 22 bits that is one greater than the latest that the robot has seen; a script's
-//! handler of conflicts only decides between entries of equal clocks.
+//! handler of conflicts only decides between entries of equal clocks. It may decide otherwise on
+//! each robot, so its decisions are bounded: see [`Vm::settle`].
 //!
 //! # Deletion
 //! A deleted entry stays as an entry without a value, since a replica that missed the deletion
@@ -39,7 +40,7 @@ use core::cmp::Ordering;
 
 use super::advertise::FORGOTTEN;
 use super::messages::LOST;
-use super::protocol::{Count, Timer};
+use super::protocol::{Conflict, Count, Timer};
 use super::swarms::{NEWS, object, object_number};
 use crate::builtin::{self, Library, string};
 use crate::bytecode::ByteCode;
@@ -47,17 +48,19 @@ use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::machine::Vm;
 use crate::message::StigmergyEntry;
-use crate::network::ENTRY;
+use crate::network::{ENTRY, Places};
 use crate::number::Profile;
+use crate::number::wide::IS_WIDE;
 use crate::part::Part;
+use crate::slots::Slots;
 use crate::stamp::{Stamp, is_earlier, next};
 use crate::value::{Tag, Type, Value};
 
 // Slots of an entry. `ROBOT` holds the robot that put the value, with 1 + the place of the
 // stigmergy in place of a tag; it is nil if there is no entry. `CLOCK` holds the low bits of the
 // clock, with the high ones and `OWN` in place of a tag. `DIGEST` holds the digest of key and
-// value, or the age of a deleted entry.
-const KEY: usize = 0;
+// value, or the age of a deleted entry, with the number of `CHOICES_MAX` in place of a tag.
+pub(super) const KEY: usize = 0;
 const VALUE: usize = 1;
 const ROBOT: usize = 2;
 pub(super) const CLOCK: usize = 3;
@@ -67,9 +70,21 @@ const DIGEST: usize = 4;
 /// steps. Without this limit two robots with the same id would do so for ever.
 const RECLAIMED_MAX: u8 = 16;
 
+/// Part of [`RECLAIMED_MAX`] that the put of a merged value takes. Merged values meet others at the
+/// same clock, and a handler may merge these again for ever.
+const MERGED: u8 = 4;
+
+/// The most choices of a handler against the order of stamps for one key and clock. Then the order
+/// decides: a handler may choose in circles, or otherwise on each robot.
+const CHOICES_MAX: u8 = 100;
+
 /// A bit next to the high bits of the clock: the robot has put the value itself since it was
 /// switched on.
 pub(super) const OWN: u8 = 0x40;
+
+/// Another bit there, of machines with many entries: a neighbor has sent the entry as it is here, so
+/// the robot need not advertise it in this round.
+const HEARD: u8 = if IS_WIDE { 0x80 } else { 0 };
 
 /// The tag of a stigmergy's number after a restart of the script, until the script creates the
 /// stigmergy again.
@@ -83,7 +98,7 @@ pub(super) const ON_CONFLICT_LOST: u8 = 0xfd;
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the first slot of the entry at that place.
     #[one_copy]
-    pub(super) fn entry_slot(&self, place: u8) -> usize {
+    pub(super) fn entry_slot(&self, place: Places) -> usize {
         self.entries_at() + usize::from(place) * ENTRY
     }
 
@@ -105,7 +120,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let value = self.arena.get(at + VALUE);
         let digest = if value.is_nil() { 0 } else { self.arena.index_at(at + DIGEST) as u16 };
         Stamp {
-            clock: u32::from_le_bytes([low, high, clock.tag().byte() & !OWN, 0]),
+            clock: u32::from_le_bytes([low, high, clock.tag().byte() & !(OWN | HEARD), 0]),
             robot: self.arena.index_at(at + ROBOT) as u16,
             value,
             digest,
@@ -114,18 +129,52 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Sets the stamp of an entry, which is then to be sent. `own` is [`OWN`] or 0.
     fn set_stamp(&mut self, at: usize, stigmergy: u8, stamp: &Stamp<P>, own: u8) {
+        if self.sizes().have_index() && self.entry_state(at) == 0 {
+            self.link_entry(at, stigmergy);
+        }
         let [low, high, highest, _] = stamp.clock.to_le_bytes();
+        let clock = u16::from_le_bytes([low, high]);
+        if self.arena.index_at(at + CLOCK) as u16 != clock {
+            self.arena.set_tag(at + DIGEST, 0);
+        }
         let state = (stigmergy + 1) | NEWS;
         self.arena.set(at + VALUE, stamp.value);
         self.arena.set(at + ROBOT, Value::marked(state, P::raw_from_u16(stamp.robot)));
-        let clock = Value::marked(highest | own, P::raw_from_u16(u16::from_le_bytes([low, high])));
-        self.arena.set(at + CLOCK, clock);
+        self.arena.set(at + CLOCK, Value::marked(highest | own, P::raw_from_u16(clock)));
         // For a deleted entry this slot is the age.
         let digest = if stamp.value.is_nil() { 0 } else { stamp.digest };
-        self.arena.set(at + DIGEST, Value::indexed(Tag::INT, digest));
+        self.arena.set_link(at + DIGEST, digest.into());
         self.protocol.has_dirty_entries = true;
         self.protocol.digest = 0;
         self.hurry(at);
+    }
+
+    /// Forgets an entry.
+    fn free_entry(&mut self, at: usize) {
+        if self.sizes().have_index() {
+            self.unlink_entry(at);
+        }
+        self.arena.fill(at, at + ENTRY);
+    }
+
+    /// Notes that a neighbor has sent an entry as it is here.
+    #[hot]
+    fn mark_heard(&mut self, at: usize) {
+        if self.sizes().have_index() {
+            let clock = self.arena.get(at + CLOCK);
+            self.arena.set(at + CLOCK, Value::marked(clock.tag().byte() | HEARD, clock.raw()));
+        }
+    }
+
+    /// Returns true if a neighbor has sent an entry as it is here since the last call.
+    #[hot]
+    pub(super) fn take_heard(&mut self, at: usize) -> bool {
+        if !self.sizes().have_index() {
+            return false;
+        }
+        let clock = self.arena.get(at + CLOCK);
+        self.arena.set(at + CLOCK, Value::marked(clock.tag().byte() & !HEARD, clock.raw()));
+        clock.tag().byte() & HEARD != 0
     }
 
     /// Increases the age of all deleted entries by one. Entries that are old enough free their
@@ -137,9 +186,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 continue;
             }
             let age = self.arena.index_at(at + DIGEST) as u16 + 1;
-            self.arena.set(at + DIGEST, Value::indexed(Tag::INT, age));
+            self.arena.set_link(at + DIGEST, age.into());
             if age >= FORGOTTEN {
-                self.arena.fill(at, at + ENTRY);
+                self.free_entry(at);
                 // There is room again for entries of others.
                 self.protocol.has_dropped = false;
             }
@@ -152,7 +201,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
             if self.arena.get(at + KEY).is_heap() || self.arena.get(at + VALUE).is_heap() {
-                self.arena.fill(at, at + ENTRY);
+                self.free_entry(at);
             }
         }
         self.protocol.digest = 0;
@@ -250,16 +299,26 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the first slot of an entry, 0 if there is none.
     #[one_copy]
     pub(super) fn find_entry(&self, stigmergy: u8, key: Value<P>) -> usize {
+        if self.sizes().have_index() {
+            return self.find_by_index(stigmergy, key);
+        }
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
-            if self.is_of(at, stigmergy) {
-                let here = self.arena.get(at + KEY);
-                if here.same(key) || self.arena.same_text(here, key) {
-                    return at;
-                }
+            if self.is_entry(at, stigmergy, key) {
+                return at;
             }
         }
         0
+    }
+
+    /// Returns true if the entry of that stigmergy and key is there.
+    #[hot]
+    pub(super) fn is_entry(&self, at: usize, stigmergy: u8, key: Value<P>) -> bool {
+        if !self.is_of(at, stigmergy) {
+            return false;
+        }
+        let here = self.arena.get(at + KEY);
+        here.same(key) || self.arena.same_text(here, key)
     }
 
     /// Prepares a new entry with that key, clock 0 and no value, and returns its first slot; 0 if
@@ -281,7 +340,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// position of the iteration. Returns false if there is no next entry.
     pub(super) fn next_entry(&mut self, stigmergy: u8, at: usize) -> Result<bool, Stopped> {
         let next = self.arena.get(at);
-        let from = if next.is_nil() { 0 } else { next.index() as u8 };
+        let from = if next.is_nil() { 0 } else { next.index() as Places };
         for place in from..self.sizes().entries {
             let entry = self.entry_slot(place);
             let value = self.arena.get(entry + VALUE);
@@ -376,7 +435,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Creates the stigmergy if there is none.
     fn create_stigmergy(&mut self, number: u16) -> Result<u8, Stopped> {
         let stigmergy = self.find_stigmergy(number);
-        if stigmergy == self.sizes().entries {
+        if stigmergy == self.sizes().stigmergies() {
             return Err(self.fail(FaultCode::TooMany));
         }
         if stigmergy == self.protocol.stigmergies {
@@ -397,7 +456,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
             if self.is_of(at, stigmergy) {
-                self.arena.fill(at, at + ENTRY);
+                self.free_entry(at);
                 self.protocol.has_dropped = false;
             }
         }
@@ -478,29 +537,25 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let decides = self.registered(handler(ON_CONFLICT, stigmergy));
             if !decides.is_nil() {
                 self.begin_conflict(stigmergy, key, &theirs);
-                self.push(key);
-                self.push_stamp(&mine)?;
-                self.push_stamp(&theirs)?;
-                return self.call_back(host, decides, 3);
+                return self.ask(host, decides, key, &mine, &theirs);
             }
         }
         self.take_greater(host, at, stigmergy, &theirs)
     }
 
-    /// Ends a conflict by the default rule, which keeps the greater stamp. The entry may have
-    /// changed before the handler failed.
-    pub(super) fn settle_by_default<H: Host<P>>(
+    /// Calls the handler of conflicts.
+    fn ask<H: Host<P>>(
         &mut self,
         host: &mut H,
-        stigmergy: u8,
+        handler: Value<P>,
         key: Value<P>,
-        theirs: &Stamp<P>,
+        local: &Stamp<P>,
+        remote: &Stamp<P>,
     ) -> Result<(), Stopped> {
-        let at = self.find_entry(stigmergy, key);
-        if at == 0 {
-            return Ok(());
-        }
-        self.take_greater(host, at, stigmergy, theirs)
+        self.push(key);
+        self.push_stamp(local)?;
+        self.push_stamp(remote)?;
+        self.call_back(host, handler, 3)
     }
 
     /// Keeps the greater one of an entry's stamp and a neighbor's. If `onconflictlost` has to run,
@@ -520,6 +575,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Ordering::Less => self.answer(at),
             // The neighbor has this entry, so advertising is less urgent.
             Ordering::Equal => {
+                self.mark_heard(at);
                 if self.protocol.interval < host.periods().advertise {
                     self.protocol.interval += 1;
                 }
@@ -540,6 +596,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         mine: &Stamp<P>,
     ) -> Result<(), Stopped> {
         self.set_stamp(at, stigmergy, winner, 0);
+        self.mark_heard(at);
         if Self::has(Part::Conflicts)
             && mine.clock == winner.clock
             && mine.robot == self.robot_id
@@ -567,41 +624,98 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(())
     }
 
-    /// Ends a conflict with the handler's result: stores and sends the winner. If `onconflictlost`
-    /// has to run, begins its call.
+    /// Ends a conflict with the handler's result, which is on top: stores and sends the winner. If
+    /// `onconflictlost` has to run, begins its call. Returns true if the handler is called again.
+    ///
+    /// A choice of the greater stamp is final, since robots without a handler choose it, too. The
+    /// handler must make any other choice again with the entries exchanged, as the other robot's
+    /// handler sees them: otherwise each robot would keep its own value, or take that of the other,
+    /// for ever.
     #[one_copy]
     pub(super) fn settle<H: Host<P>>(
         &mut self,
         host: &mut H,
-        verdict: Value<P>,
+        conflict: Conflict,
         stigmergy: u8,
         key: Value<P>,
-        clock: u32,
-    ) -> Result<(), Stopped> {
-        let mut robot = Value::nil();
-        let mut data = Value::nil();
-        if verdict.is(Tag::TABLE) {
-            robot = self.arena.table_get(verdict.index(), Value::string(string::ROBOT));
-            data = self.arena.table_get(verdict.index(), Value::string(string::DATA));
-        }
-        let at = self.find_entry(stigmergy, key);
-        if !robot.is(Tag::INT) || at == 0 {
-            self.protocol.count(Count::Undecided);
-            return Ok(());
-        }
-        let mine = self.stamp(at);
+        theirs: &Stamp<P>,
+    ) -> Result<bool, Stopped> {
         // The handler itself may have put another value.
-        if mine.clock != clock {
-            return Ok(());
+        let at = self.find_entry(stigmergy, key);
+        let mine = self.stamp(at);
+        if at == 0 || mine.clock != theirs.clock {
+            return Ok(false);
         }
-        let (value, digest) = self.sendable(stigmergy, key, data)?;
-        let winner = Stamp { clock, robot: robot.index() as u16, value, digest };
-        if winner.order(&mine) == Ordering::Equal {
+        // The result says whether to take their entry (`Greater`) or to keep the own one (`Less`).
+        let order = theirs.order(&mine);
+        let mut winner = order;
+        if conflict != Conflict::Failed {
+            let Some(choice) = self.choice(stigmergy, key, at, theirs)? else { return Ok(false) };
+            let choices = self.arena.slots.tag_at(at + DIGEST).byte();
+            if choice != order && choice != Ordering::Equal && choices != CHOICES_MAX {
+                if conflict == Conflict::Open {
+                    let decides = self.registered(handler(ON_CONFLICT, stigmergy));
+                    self.drop_operands();
+                    self.ask(host, decides, key, theirs, &mine)?;
+                    return Ok(true);
+                }
+                self.arena.set_tag(at + DIGEST, choices + 1);
+                winner = choice;
+            } else if choice != order || conflict == Conflict::Exchanged {
+                self.protocol.count(Count::Undecided);
+            }
+        }
+        if winner == Ordering::Greater {
+            self.adopt(host, at, stigmergy, theirs, &mine)?;
+        } else {
             // The neighbor has an older entry.
             self.answer(at);
-            return Ok(());
         }
-        self.adopt(host, at, stigmergy, &winner, &mine)
+        Ok(false)
+    }
+
+    /// Returns the choice of the handler, whose result is on top: `Greater` for their entry, `Less`
+    /// for the robot's own one, `Equal` for none. Puts a merged value, and returns `None` then.
+    #[one_copy]
+    fn choice(
+        &mut self,
+        stigmergy: u8,
+        key: Value<P>,
+        at: usize,
+        theirs: &Stamp<P>,
+    ) -> Result<Option<Ordering>, Stopped> {
+        let verdict = self.top(1);
+        if !verdict.is(Tag::TABLE) {
+            return Ok(Some(Ordering::Equal));
+        }
+        let data = self.arena.table_get(verdict.index(), Value::string(string::DATA));
+        let mine = self.stamp(at);
+        let digest = self.digest_of(stigmergy, key, data)?;
+        // A robot that has read a table may write it in another order than the one that put it, so
+        // the digests of the stamps say nothing here.
+        let mut is = |stamp: &Stamp<P>| -> Result<bool, Stopped> {
+            Ok(match stamp.value.is_heap() {
+                true => data.is_heap() && self.digest_of(stigmergy, key, stamp.value)? == digest,
+                false => data.same(stamp.value),
+            })
+        };
+        let (is_mine, mut is_theirs) = (is(&mine)?, is(theirs)?);
+        if is_mine && is_theirs {
+            // The robots put the same value, so the robot says which entry it is.
+            let robot = self.arena.table_get(verdict.index(), Value::string(string::ROBOT));
+            is_theirs = robot.index() as u16 == theirs.robot;
+        }
+        if is_mine || is_theirs {
+            return Ok(Some(if is_theirs { Ordering::Greater } else { Ordering::Less }));
+        }
+        if data.is_nil() || self.protocol.reclaimed > RECLAIMED_MAX - MERGED {
+            return Ok(Some(Ordering::Equal));
+        }
+        self.protocol.reclaimed += MERGED;
+        let value = self.copied(data)?;
+        let (clock, robot) = (self.tick(theirs.clock), self.robot_id);
+        self.set_stamp(at, stigmergy, &Stamp { clock, robot, value, digest }, OWN);
+        Ok(None)
     }
 
     /// Calls `onconflictlost`, if there is one, with the robot's own entry that lost.
