@@ -214,7 +214,7 @@ fn constants(robot: &Robot) -> String {
          beacon: {beacon},\n    forget: {forget},\n    advertise: {advertise},\n}};\n\
          /// Returns true if there is a function of this name hash.\n\
          pub fn is_function(hash: u16) -> bool {{\n    \
-         FUNCTIONS.iter().any(|(known, _)| *known == hash)\n}}\n"
+         FUNCTIONS.contains(&hash)\n}}\n"
     );
     bittybuzz_robot_spec::generate_rust(robot) + &code
 }

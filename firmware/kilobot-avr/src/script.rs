@@ -11,7 +11,7 @@ use crate::chip::registers;
 use crate::clock;
 use crate::robot::KilobotHost;
 use crate::section::Section;
-use crate::toml::{self, FUNCTIONS};
+use crate::toml;
 
 /// The time for which the script's settings hold after the last completed step.
 const HOLD: u16 = units(500);
@@ -24,15 +24,7 @@ const FEATURES: u8 = {
 
 /// The number that stands for everything that the robot offers to scripts ([`seal::robot`]). A
 /// sealed image must match it.
-const OFFERED: u16 = {
-    let mut hashes = [0; FUNCTIONS.len()];
-    let mut index = 0;
-    while index < FUNCTIONS.len() {
-        hashes[index] = FUNCTIONS[index].0;
-        index += 1;
-    }
-    seal::robot::<Tiny>(FEATURES, toml::SIZES, Section::PARTS, &hashes)
-};
+const OFFERED: u16 = seal::robot::<Tiny>(FEATURES, toml::SIZES, Section::PARTS, toml::FUNCTIONS);
 
 /// The virtual machine of this robot.
 pub type Machine = Vm<Tiny, Section, { crate::SLOTS }>;
