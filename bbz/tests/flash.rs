@@ -195,10 +195,10 @@ fn a_script_needs_room() {
     let many: String = (0..100).map(|n| format!("log(\"text number {n}\")\n")).collect();
     folder.write("long.bzz", many);
     let flash = |file, robot| folder.bbz(&["flash", file, "--robot", robot, "--dry-run"]);
-    flash("long.bzz", "small.toml").fails_with(2, &["E0607", "the Crazyflie 2.1 has room for 508"]);
+    flash("long.bzz", "small.toml").fails_with(2, &["E0607", "the Crazyflie 2.1 has room for 256"]);
     folder.bbz(&["build", "long.bzz", "--robot", "crazyflie"]);
     flash("long.bbi", "small.toml")
-        .fails_with(3, &["`long.bbi`: the image has ", "the Crazyflie 2.1 has room for 508"]);
+        .fails_with(3, &["`long.bbi`: the image has ", "the Crazyflie 2.1 has room for 256"]);
 }
 
 /// The robot that an image was built for has more memory than the one that it is to be written to.

@@ -83,6 +83,14 @@ impl ByteCode for &[u8] {
     }
 }
 
+/// Returns the greatest length of an image in a [`FlashArea`] of that size; 0 if there is none.
+pub const fn longest_image(area: usize) -> usize {
+    match area.saturating_sub(2).checked_ilog2() {
+        Some(log) => 1 << log,
+        None => 0,
+    }
+}
+
 /// An image at the start of an area of fixed size, such as a region of flash. Reading needs no
 /// check, because positions beyond the area wrap around. The image may fill the largest power of
 /// two that leaves two bytes of the area.
@@ -96,7 +104,7 @@ impl<'a, const BYTES: usize> FlashArea<'a, BYTES> {
     /// The greatest length of the image, in bytes.
     pub const LENGTH_MAX: usize = {
         assert!(BYTES > 2);
-        1 << (BYTES - 2).ilog2()
+        longest_image(BYTES)
     };
 
     /// Returns the image of that length; `None` if it is longer than [`FlashArea::LENGTH_MAX`].

@@ -71,7 +71,7 @@ mod value;
 mod verify;
 
 pub use arena::SLOTS_MAX;
-pub use bytecode::{ByteCode, FlashArea};
+pub use bytecode::{ByteCode, FlashArea, longest_image};
 pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Argument, Axis, CallArguments, Host, Reply, Text};
 pub use image::{Entry, Image, ImageError};

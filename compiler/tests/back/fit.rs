@@ -158,7 +158,7 @@ fn an_image_must_fit_the_flash() {
     let errors = diagnostics("a = 1 b = 2 c = a + b log(a, b, c)", zooids);
     let [error] = errors.as_slice() else { panic!("{errors:?}") };
     assert_eq!(error.code.text(), "E0607");
-    assert!(error.message.ends_with("has room for 26"), "{error:?}");
+    assert!(error.message.ends_with("has room for 16"), "{error:?}");
 }
 
 #[test]

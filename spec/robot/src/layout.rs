@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use bittybuzz_vm_core::longest_image;
 use bittybuzz_vm_core::message::crc16;
 
 /// Bytes of a robot's id, or of a setting, in flash.
@@ -101,14 +102,12 @@ impl Layout {
         values.iter().flat_map(bytes).collect()
     }
 
-    /// Returns the size in bytes of the longest image that fits into the script region.
+    /// Returns the size in bytes of the longest image that the script region holds. The firmware
+    /// reads it as a [`FlashArea`](bittybuzz_vm_core::FlashArea).
     pub const fn most_script(&self) -> u32 {
-        if self.script_log {
-            PLACE - SCRIPT_HEADER - MARK
-        } else {
-            let room = self.script.size - SCRIPT_HEADER;
-            if room < u16::MAX as u32 { room } else { u16::MAX as u32 }
-        }
+        let region = if self.script_log { PLACE - MARK } else { self.script.size };
+        let longest = longest_image((region - SCRIPT_HEADER) as usize) as u32;
+        if longest < u16::MAX as u32 { longest } else { u16::MAX as u32 }
     }
 
     /// Returns the bytes of the script region for an image, or of a place in its log; `None` if the
@@ -204,7 +203,7 @@ mod tests {
         let region = |address, size| Region { address, size };
         Layout {
             application: region(0x0800_4000, 0x1_c000),
-            script: region(0x0802_0000, 12),
+            script: region(0x0802_0000, 14),
             script_log: false,
             ram: region(0x2000_0000, 0x2_0000),
             stack: Some(region(0x1000_0000, 0x1_0000)),
@@ -273,7 +272,7 @@ mod tests {
         let text = layout().memory_x();
         for line in [
             "  FLASH : ORIGIN = 0x08004000, LENGTH = 0x1c000\n",
-            "  SCRIPT : ORIGIN = 0x08020000, LENGTH = 0xc\n",
+            "  SCRIPT : ORIGIN = 0x08020000, LENGTH = 0xe\n",
             "  RAM : ORIGIN = 0x20000000, LENGTH = 0x20000\n",
             "  STACK : ORIGIN = 0x10000000, LENGTH = 0x10000\n",
             "  ID : ORIGIN = 0x08040000, LENGTH = 0x20000\n",
