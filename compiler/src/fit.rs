@@ -4,6 +4,7 @@
 mod code;
 mod stack;
 
+use std::borrow::Cow;
 use std::fmt;
 
 use bittybuzz_robot_spec::{NumberProfile, Robot};
@@ -267,6 +268,15 @@ pub fn sealed(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
     match robot.profile {
         NumberProfile::Tiny => sealed_for::<Tiny>(image, robot),
         NumberProfile::Full => sealed_for::<Full>(image, robot),
+    }
+}
+
+/// Returns the bytes of an image as the script region of that robot holds them: with a seal if the
+/// robot file says `script_sealed`. Fails with the reason why the robot would refuse a sealed image.
+pub fn for_flash<'a>(image: &'a [u8], robot: &Robot) -> Result<Cow<'a, [u8]>, ImageError> {
+    match robot.layout {
+        Some(layout) if layout.script_sealed => sealed(image, robot).map(Cow::Owned),
+        _ => Ok(Cow::Borrowed(image)),
     }
 }
 

@@ -122,6 +122,7 @@ fn a_correct_file_is_read_completely() {
         application: Region { address: 0x0800_0000, size: 0xc000 },
         script: Region { address: 0x0800_c000, size: 0x4000 },
         script_log: false,
+        script_sealed: false,
         ram: Region { address: 0x2000_0000, size: 0x2000 },
         stack: Some(Region { address: 0x1000_0000, size: 0x200 }),
         id: None,
@@ -157,6 +158,7 @@ fn optional_keys_have_defaults() {
         ("slots = 200", "slots = 32"),
         ("swarms = 8", "swarms = 8\nmaths = false"),
         ("slots = 200", "slots = 208"),
+        ("size = 0x4000 }", "size = 0x4000 }\nscript_sealed = true"),
     ] {
         assert!(GOOD.contains(from));
         assert!(Robot::parse(&GOOD.replacen(from, to, 1), "toy.toml").is_ok(), "{to}");
