@@ -28,7 +28,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let arena = &self.arena;
         (arena.top() as u16, arena.bottom, arena.free, arena.reserved).hash(hasher);
         (arena.floor, arena.pressed, arena.allocated).hash(hasher);
-        if Self::PAUSES {
+        if self.pauses() {
             arena.collection.get().hash(hasher);
         }
         let network = self.network_base();

@@ -483,7 +483,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Frees all cells that the script cannot reach.
     #[one_copy]
     fn collect(&mut self) {
-        if Self::PAUSES {
+        if self.pauses() {
             return self.collect_at_once();
         }
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
