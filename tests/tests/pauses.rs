@@ -1,7 +1,10 @@
 //! Machines with much memory collect in slices: a run never takes more steps of the collector than its budget, however
 //! full the memory is, and nothing that a script or a host does in between disturbs the collection.
 
+use std::collections::BTreeSet;
+
 use bittybuzz_testkit::{Program, Recorder};
+use bittybuzz_vm_core::message::Message;
 use bittybuzz_vm_core::number::Full;
 use bittybuzz_vm_core::{Entry, Image, Outcome, Torture, Value, Vm};
 
@@ -12,7 +15,7 @@ const BUDGET: u16 = 50;
 type Machine<'i> = Vm<Full, &'i [u8], SLOTS>;
 
 /// Scripts that keep most of the memory of 4096 slots and make garbage in the rest.
-const SCRIPTS: [(&str, &str); 6] = [
+const SCRIPTS: [(&str, &str); 7] = [
     (
         "a list",
         "head = nil
@@ -35,6 +38,18 @@ const SCRIPTS: [(&str, &str); 6] = [
           for(i = 0, i < 30, i = i + 1) keep[i] = string.concat(a, \"\")
         }
         function step() { for(i = 0, i < 40, i = i + 1) { x = string.concat(\"\", a)  y = string.sub(x, 1, 250) } }",
+    ),
+    // Each takes more cells than a collection leaves for an instruction.
+    (
+        "texts of 1020 characters",
+        "keep = {}
+        a = \"0123456789\"
+        function init() {
+          a = string.concat(a, a, a, a, a)
+          a = string.concat(a, a, a, a, a, \"01234\")
+          for(i = 0, i < 340, i = i + 1) keep[i] = { .a = i, .b = i }
+        }
+        function step() { for(i = 0, i < 40, i = i + 1) x = string.concat(a, a, a, a) }",
     ),
     (
         "calls",
@@ -153,5 +168,56 @@ fn hosts_may_act_in_a_pause() {
         }
         assert_eq!(vm.audit(), Ok(()), "{name}");
         assert!(slices > 100, "{name}: {slices}");
+    }
+}
+
+/// Changes are sent one in a slice after an entry point. A restart there leaves the rest to be sent later.
+#[test]
+fn a_restart_between_two_changes_loses_none() {
+    let program = Program::new::<Full>(
+        "function init() {
+          s = stigmergy.create(1)
+          if(s.size() < 4) for(i = 0, i < 4, i = i + 1) s.put(i, i)
+        }",
+    );
+    // The keys of the entries that are sent if the script restarts after that number of slices.
+    let keys = |restart_after: usize| {
+        let mut vm = machine(&program);
+        let mut host = Recorder::default();
+        let (mut slices, mut restarted) = (0, false);
+        let mut entries = [Entry::Global, Entry::Init].into_iter();
+        while let Some(entry) = entries.next() {
+            assert!(vm.begin(entry));
+            loop {
+                let outcome = vm.run(&mut host, BUDGET);
+                slices += 1;
+                if slices > restart_after && !restarted {
+                    restarted = true;
+                    vm.restart();
+                    entries = [Entry::Global, Entry::Init].into_iter();
+                    break;
+                }
+                match outcome {
+                    Outcome::Pending => {}
+                    Outcome::Done => break,
+                    other => panic!("{entry:?}: {other:?}"),
+                }
+            }
+        }
+        let script = vm.message_script().expect("an image is loaded");
+        let sent = std::iter::from_fn(|| host.link.pop_sent());
+        let keys: BTreeSet<i32> = sent
+            .filter_map(|frame| match Message::<Full>::decode(&frame, script) {
+                Ok(Message::Entry(entry)) => entry.key.as_int(),
+                _ => None,
+            })
+            .collect();
+        (keys, slices)
+    };
+    let (all, slices) = keys(usize::MAX);
+    assert_eq!(all, BTreeSet::from([0, 1, 2, 3]));
+    assert!(slices > 6, "{slices}");
+    for after in 0..slices {
+        assert_eq!(keys(after).0, all, "a restart after {after} slices");
     }
 }
