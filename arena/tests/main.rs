@@ -29,6 +29,7 @@ mod groups;
 mod inspection;
 mod kilobot_motion;
 mod links;
+mod listeners;
 mod loads;
 mod long_messages;
 mod memory_files;

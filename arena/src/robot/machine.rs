@@ -65,6 +65,9 @@ pub trait Machine {
     /// Returns the numbers of messages that it could not use.
     fn counters(&self) -> NetworkCounters;
 
+    /// Returns the number of received broadcasts on topics to which its script does not listen.
+    fn unwanted(&self) -> u16;
+
     /// Returns a global of the script, or the value to which `keys` lead in its tables.
     fn global(&self, number: u16, keys: &[VariableContent]) -> VariableContent;
 
@@ -191,7 +194,7 @@ where
         let mut unread = Vec::new();
         for (place, frame) in io.inbox.iter().enumerate() {
             let before = self.inbox.counters();
-            self.inbox.push(frame.bytes, frame.sighting);
+            self.inbox.push(frame.bytes, frame.sighting, self.vm.unwanted_topics());
             self.has_mail = true;
             let after = self.inbox.counters();
             if (before.dropped, before.incomplete) == (after.dropped, after.incomplete) {
@@ -337,7 +340,7 @@ where
             seen.events.extend(self.take_frames(io, state.context.profile));
         } else {
             for frame in io.inbox.iter() {
-                self.inbox.push(frame.bytes, frame.sighting);
+                self.inbox.push(frame.bytes, frame.sighting, self.vm.unwanted_topics());
                 self.has_mail = true;
             }
         }
@@ -374,6 +377,10 @@ where
         let counters = self.vm.counters();
         let incomplete = counters.incomplete.saturating_add(self.inbox.counters().incomplete);
         NetworkCounters { incomplete, ..counters }
+    }
+
+    fn unwanted(&self) -> u16 {
+        self.inbox.counters().unwanted
     }
 
     fn global(&self, number: u16, keys: &[VariableContent]) -> VariableContent {

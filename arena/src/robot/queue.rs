@@ -6,7 +6,7 @@ use std::hash::Hash;
 
 use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
 use bittybuzz_robot_spec::LONG_MAX;
-use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
+use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME, Topics};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
 use crate::engine::{Digest, FrameSighting};
@@ -23,8 +23,8 @@ pub trait InQueue {
     /// Returns true if fragments of a message have arrived.
     fn is_assembling(&self) -> bool;
 
-    /// Adds a received frame.
-    fn push(&mut self, frame: &[u8], sighting: FrameSighting);
+    /// Adds a received frame. `unwanted` are the topics to which the script does not listen.
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting, unwanted: Topics);
 
     /// Removes the next frame and copies it. Returns its length, and the position of its sender as
     /// far as the link knows it.
@@ -138,8 +138,8 @@ where
         self.queue.is_assembling()
     }
 
-    fn push(&mut self, frame: &[u8], sighting: FrameSighting) {
-        self.queue.push(frame, sighting);
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting, unwanted: Topics) {
+        self.queue.push_except(frame, sighting, unwanted);
     }
 
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)> {
@@ -235,8 +235,8 @@ impl InQueue for Box<dyn InQueue + Send> {
         (**self).is_assembling()
     }
 
-    fn push(&mut self, frame: &[u8], sighting: FrameSighting) {
-        (**self).push(frame, sighting);
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting, unwanted: Topics) {
+        (**self).push(frame, sighting, unwanted);
     }
 
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)> {

@@ -29,6 +29,7 @@
 use core::convert::Infallible;
 
 use bittybuzz_comms::trace::{self, Unused};
+use bittybuzz_vm_core::message::Topics;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
     Axis, ByteCode, CallArguments, Entry, Fault, FaultCode, ImageError, Outcome, Periods, Reply,
@@ -124,9 +125,9 @@ pub trait RobotHost<P: Profile> {
     }
 
     /// Marks the beginning of a step: its messages may replace waiting ones of the step before.
-    fn begin_step(&mut self) {
+    fn begin_step(&mut self, unwanted: Topics) {
         if let Some(mail) = self.mail() {
-            mail.begin_step();
+            mail.begin_step(unwanted);
         }
     }
 
@@ -291,7 +292,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
     async fn step(&mut self, ticks: &mut Ticks) -> Result<bool, Fault> {
         self.wait_until(ticks.next()).await;
         ticks.take();
-        self.robot.begin_step();
+        self.robot.begin_step(self.vm.unwanted_topics());
         self.entry(Entry::Step, ticks).await
     }
 

@@ -56,8 +56,8 @@ impl Protocol {
         let Protocol { sizes, stigmergies, step, last_sender, shares, has_dirty_entries, .. } =
             self;
         (sizes, stigmergies, step, last_sender, shares, has_dirty_entries).hash(hasher);
-        let Protocol { messages_left, in_message, conflict, is_resting, silent, .. } = self;
-        (messages_left, in_message, *conflict as u8, is_resting, silent).hash(hasher);
+        let Protocol { messages_left, topics, in_message, conflict, is_resting, silent, .. } = self;
+        (messages_left, topics, in_message, *conflict as u8, is_resting, silent).hash(hasher);
         let Protocol { interval, timers, newest, advertised, relayed, answers, .. } = self;
         (interval, timers, newest, advertised, relayed, answers).hash(hasher);
         let Protocol { reclaimed, age, turn, unadvertised, has_dropped, meets_beacon, .. } = self;

@@ -15,7 +15,8 @@ mod plain;
 mod waiting;
 
 pub use check::crc16;
-pub use waiting::{is_broadcast, replaces, replaces_content};
+pub(crate) use waiting::TOPIC_BYTES;
+pub use waiting::{Topics, is_broadcast, replaces, replaces_content, topic_of, topic_set};
 
 use crate::number::Profile;
 use crate::value::{Tag, Value};

@@ -3,6 +3,7 @@
 //! the queues of all robots.
 
 use bittybuzz_comms::queue::{EmptyQueue, Inbox, Outbox, QueueCounters};
+use bittybuzz_vm_core::message::Topics;
 use bittybuzz_vm_core::number::Profile;
 
 use super::{Bounded, InQueue, OutQueue};
@@ -115,8 +116,8 @@ impl<Q: Places + InQueue> InQueue for OnDemand<Q> {
         self.places.as_ref().is_some_and(|places| places.is_assembling())
     }
 
-    fn push(&mut self, frame: &[u8], sighting: FrameSighting) {
-        self.places().push(frame, sighting);
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting, unwanted: Topics) {
+        self.places().push(frame, sighting, unwanted);
     }
 
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)> {

@@ -14,7 +14,9 @@ use crate::image::{Entry as EntryOf, FORM_CLASSES};
 use crate::machine::{GLOBALS, Native, Vm, VmState};
 use crate::message::content::Head;
 use crate::message::frame::Frame;
-use crate::message::{FrameKind, Ignored, ScriptIdentity, StigmergyEntry};
+use crate::message::{
+    FrameKind, Ignored, ScriptIdentity, StigmergyEntry, TOPIC_BYTES, Topics, topic_set,
+};
 use crate::network::{NetworkCounters, Sighting};
 use crate::number::Profile;
 use crate::part::Part;
@@ -51,6 +53,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let [foreign, malformed, own_id, not_kept, incomplete, undecided, failed] =
             self.protocol.counters;
         NetworkCounters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed }
+    }
+
+    /// Returns the topics to which the script does not listen. The queue of received frames may drop
+    /// messages on them before others. A topic stays listened to until the script restarts.
+    pub fn unwanted_topics(&self) -> Topics {
+        !self.protocol.topics
     }
 
     /// Begins a step with the handling of messages. A fault is reported by the next run.
@@ -292,6 +300,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         if number != builtin::NEIGHBORS_BROADCAST {
             self.set_handler(topic, b)?;
+            // A topic that is ignored later stays one: the machine then ignores its messages.
+            self.protocol.topics |= self.topic(topic);
         } else if topic.is(Tag::STRING) && b.is_plain() {
             let mut frame = Frame::EMPTY;
             if frame.put_broadcast(self.robot_id, topic.index() as u16, b).is_some() {
@@ -303,6 +313,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Err(self.fail_on(FaultCode::NotSendable, b, b));
         }
         Ok(Value::nil())
+    }
+
+    /// Returns the set of the topic, see [`Topics`].
+    fn topic(&self, topic: Value<P>) -> Topics {
+        if P::FULL && topic.is(Tag::TEXT) {
+            let view = self.view();
+            let text = view.text_bytes(topic).take(TOPIC_BYTES);
+            return topic_set(text.fold(view.text_length(topic) as u8, u8::wrapping_add));
+        }
+        topic_set((topic.index() as u8).wrapping_add(self.header.hash() as u8))
     }
 
     /// Seals and sends an open frame.

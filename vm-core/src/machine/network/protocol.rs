@@ -3,6 +3,7 @@
 //! Neighbors, swarms and entries of stigmergies are not here: they are slots of the arena, above
 //! those of the script.
 
+use crate::message::Topics;
 use crate::network::{Places, Sizes};
 
 /// The bit of [`Protocol::digest`] that is set while the sum in the lower 24 bits is valid. A
@@ -53,6 +54,8 @@ pub(in crate::machine) struct Protocol {
     pub(in crate::machine) has_dirty_entries: bool,
     /// The number of messages that this step may still handle.
     pub(in crate::machine) messages_left: u8,
+    /// The topics to which the script has listened since its start.
+    pub(in crate::machine) topics: Topics,
     /// True while a message is handled: a fault then ends the handling, not the script.
     pub(in crate::machine) in_message: bool,
     pub(in crate::machine) conflict: Conflict,
@@ -124,6 +127,7 @@ impl Protocol {
         shares: false,
         has_dirty_entries: false,
         messages_left: 0,
+        topics: 0,
         in_message: false,
         conflict: Conflict::None,
         is_resting: false,
@@ -154,6 +158,7 @@ impl Protocol {
         self.last_sender = 0;
         self.shares = false;
         self.has_dirty_entries = false;
+        self.topics = 0;
         self.in_message = false;
         self.conflict = Conflict::None;
         self.is_resting = false;
@@ -166,6 +171,7 @@ impl Protocol {
 
     /// Prepares a new start of the same script. Knowledge of other robots stays.
     pub(in crate::machine) fn rest(&mut self) {
+        self.topics = 0;
         self.in_message = false;
         self.conflict = Conflict::None;
         self.is_resting = true;

@@ -220,6 +220,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn receive_long<H: Host<P>>(&mut self, host: &mut H) -> Result<bool, Stopped> {
         let mut content = P::Content::ZERO;
         let length = host.receive_content(content.as_mut());
+        // The queue has not kept the content of an unwanted message.
+        if length == 0 {
+            return Ok(false);
+        }
         let content = content.as_ref().get(..length).unwrap_or(&[]);
         if let Some(head) = self.read_flat(content)? {
             return self.take_message(host, head);
