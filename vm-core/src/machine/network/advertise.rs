@@ -250,39 +250,44 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         self.protocol.turn = self.protocol.turn.wrapping_add(1);
         let mut has_entries = self.protocol.unadvertised != 0;
-        if has_entries {
-            self.protocol.unadvertised -= 1;
-        } else if self.protocol.turn.is_multiple_of(SLOW_TURNS) {
+        if !has_entries && self.protocol.turn.is_multiple_of(SLOW_TURNS) {
             has_entries = self.protocol.has_dropped || self.protocol.meets_beacon;
             self.protocol.meets_beacon = false;
         }
         let mut burst = self.burst();
         let entries = self.sizes().entries;
         let all = entries + Places::from(self.sizes().swarms);
+        let mut place = self.protocol.advertised;
         for _ in 0..all {
-            let mut place = self.protocol.advertised + 1;
+            place += 1;
             if place >= all {
                 place = 0;
             }
-            self.protocol.advertised = place;
             if place >= entries {
-                let place = (place - entries) as u8;
-                if self.arena.get(self.swarm_slot(place)).tag() != crate::value::Tag::NIL {
-                    return self.send_swarm(host, place);
+                let swarm = (place - entries) as u8;
+                if self.arena.get(self.swarm_slot(swarm)).tag() != crate::value::Tag::NIL {
+                    self.protocol.advertised = place;
+                    return self.send_swarm(host, swarm);
                 }
             } else if has_entries {
                 let at = self.entry_slot(place);
                 if self.entry_state(at) == 0 || at == sent || self.may_skip(at) {
                     continue;
                 }
-                self.send_entry_at(host, at);
+                // An entry for which there is no room gets the next turn.
+                if !self.send_entry_at(host, at) {
+                    return;
+                }
+                self.protocol.advertised = place;
+                self.protocol.unadvertised = self.protocol.unadvertised.saturating_sub(1);
                 if burst == 0 {
                     return;
                 }
                 burst -= 1;
-                self.protocol.unadvertised = self.protocol.unadvertised.saturating_sub(1);
             }
         }
+        // All entries had their turns.
+        self.protocol.unadvertised = 0;
     }
 
     /// Returns true if an entry need not be advertised now, since neighbors have it, too. One in
