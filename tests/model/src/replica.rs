@@ -115,6 +115,8 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
     };
     machine.step(command);
     let sent = machine.sent();
+    // Until another robot has a put, its repetitions go before answers.
+    sent.iter().filter(|(_, stamp)| stamp.clock != 0).for_each(|frame| machine.receive(*frame));
     let mut after = Replica::new();
     for key in 0..KEYS {
         machine.receive((key, Stamp { clock: 0, robot: ASKER, value: None }));

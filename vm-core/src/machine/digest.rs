@@ -58,8 +58,10 @@ impl Protocol {
         (sizes, stigmergies, step, last_sender, shares, has_dirty_entries).hash(hasher);
         let Protocol { messages_left, topics, in_message, conflict, is_resting, silent, .. } = self;
         (messages_left, topics, in_message, *conflict as u8, is_resting, silent).hash(hasher);
-        let Protocol { interval, timers, newest, advertised, relayed, answers, .. } = self;
-        (interval, timers, newest, advertised, relayed, answers).hash(hasher);
+        let Protocol { interval, timers, newest, is_unheard, advertised, .. } = self;
+        (interval, timers, newest, is_unheard, advertised).hash(hasher);
+        let Protocol { relayed, answers, .. } = self;
+        (relayed, answers).hash(hasher);
         let Protocol { reclaimed, age, turn, unadvertised, has_dropped, meets_beacon, .. } = self;
         (reclaimed, age, turn, unadvertised, has_dropped, meets_beacon).hash(hasher);
         let Protocol { digest, clock, jitter, counters, .. } = self;

@@ -145,9 +145,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.send(host, &mut frame);
     }
 
-    /// Notes that an entry has changed: for a while it is advertised often.
+    /// Notes that an entry has changed: for a while it is advertised often. A put of this robot that
+    /// no other one has confirmed stays the newest entry until the next one.
     pub(super) fn hurry(&mut self, at: usize) {
-        self.protocol.newest = at as u16;
+        if !self.protocol.is_unheard {
+            self.protocol.newest = at as u16;
+        }
         self.advertise_soon();
     }
 
@@ -244,7 +247,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn advertise<H: Host<P>>(&mut self, host: &mut H) {
         let newest = usize::from(self.protocol.newest);
         let mut sent = 0;
-        if newest != 0 && self.protocol.interval < LONG_INTERVAL && self.entry_state(newest) != 0 {
+        if self.protocol.interval >= LONG_INTERVAL {
+            // Nobody may be there that could confirm a put.
+            self.protocol.is_unheard = false;
+        } else if newest != 0 && self.entry_state(newest) != 0 {
             self.send_entry_at(host, newest);
             sent = newest;
         }

@@ -69,6 +69,9 @@ pub(in crate::machine) struct Protocol {
     pub(in crate::machine) timers: [u8; 4],
     /// The first slot of the entry that changed last; 0 if none has changed.
     pub(in crate::machine) newest: u16,
+    /// True while [`Protocol::newest`] is a put of this robot that it has not yet received from
+    /// another one: every neighbor may have missed it.
+    pub(in crate::machine) is_unheard: bool,
     /// The place of the entry that was advertised last. Places after those of all entries stand for
     /// swarms.
     pub(in crate::machine) advertised: Places,
@@ -134,6 +137,7 @@ impl Protocol {
         silent: 0,
         interval: 0,
         newest: 0,
+        is_unheard: false,
         advertised: 0,
         relayed: 0,
         answers: 0,
@@ -163,6 +167,7 @@ impl Protocol {
         self.conflict = Conflict::None;
         self.is_resting = false;
         self.newest = 0;
+        self.is_unheard = false;
         self.unadvertised = 0;
         self.has_dropped = false;
         self.digest = 0;

@@ -146,7 +146,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.set_link(at + DIGEST, digest.into());
         self.protocol.has_dirty_entries = true;
         self.protocol.digest = 0;
+        // A later put takes the place of an unconfirmed one, and so does the put of another robot
+        // on the same key.
+        if own != 0 || usize::from(self.protocol.newest) == at {
+            self.protocol.is_unheard = false;
+        }
         self.hurry(at);
+        self.protocol.is_unheard |= own != 0;
     }
 
     /// Forgets an entry.
@@ -576,7 +582,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             // The neighbor has this entry, so advertising is less urgent.
             Ordering::Equal => {
                 self.mark_heard(at);
-                if self.protocol.interval < host.periods().advertise {
+                if usize::from(self.protocol.newest) == at {
+                    self.protocol.is_unheard = false;
+                }
+                if self.protocol.interval < host.periods().advertise && !self.protocol.is_unheard {
                     self.protocol.interval += 1;
                 }
             }
