@@ -570,9 +570,9 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
                 let is_of_robot = waiting.get(ROBOT) == robot;
                 if is_of_robot && waiting.iter().eq(frame) {
                     suits = SAME;
-                } else if is_of_robot && (rank | new_rank) == UNWANTED {
-                    suits = REPLACED;
-                } else if !replaces_none && replaces::<P>(kind, frame, waiting, is_stale) {
+                } else if is_of_robot && (rank | new_rank) == UNWANTED
+                    || !replaces_none && replaces::<P>(kind, frame, waiting, is_stale)
+                {
                     suits = REPLACED;
                 }
                 if suits >= REPLACED && best.0 >= REPLACED {
