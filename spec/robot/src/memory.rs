@@ -14,20 +14,21 @@ const REGISTERS: [u32; 2] = [84, 100];
 const COLLECTION: [u32; 2] = [30, 32];
 
 /// Bytes of the protocol: the times of messages to be sent, and counters.
-const PROTOCOL: u32 = 55;
+const PROTOCOL: u32 = 60;
 /// Bytes that a queue adds to a frame: the number of the next frame, and the priority, which
 /// includes whether the frame is stale.
 const QUEUED: u32 = 2;
-/// Bytes of a queue: the counts of dropped, double and incomplete messages, and the place of the
-/// oldest frame. On Cortex-M also the alignment, the protection between tasks, and the queue's half
-/// of the signal that wakes the sending task.
-const QUEUE: [u32; 2] = [7, 20];
+/// Bytes of a queue: the counts of dropped, double, incomplete and unwanted messages, and the place
+/// of the oldest frame. On Cortex-M also the alignment, the protection between tasks, and the
+/// queue's half of the signal that wakes the sending task.
+const QUEUE: [u32; 2] = [9, 22];
 /// Bytes that the queue adds to the content of a long message that arrives: sender, length, number,
 /// fragments and the number of the last one; and to one that waits to be sent: its length.
 const ARRIVING: u32 = 7;
 const LEAVING: u32 = 2;
-/// Bytes for the turns of long messages in both queues.
-const TURNS: [u32; 2] = [12, 16];
+/// Bytes for the turns of long messages in both queues, and for the numbers of the unwanted ones. On
+/// Cortex-M also for the unwanted topics.
+const TURNS: [u32; 2] = [20, 28];
 
 /// The first letters of the names of AVR chips.
 const AVR: [&str; 2] = ["ATmega", "ATtiny"];
