@@ -42,10 +42,10 @@ function step() {
 
 /// Steps that write, and all of them.
 const WRITING: usize = 80;
-const STEPS: usize = 105;
-/// After this one a stranger asks for each key: some steps after the last frame that is late, since a robot that has just
-/// answered many old ones answers the next later.
-const ASKED: usize = 94;
+const STEPS: usize = 129;
+/// After this one a stranger asks for each key: long after the last frame that is late, since a robot that has just used up
+/// its answers has the first one again after 16 steps, and all four after 22.
+const ASKED: usize = 118;
 const KEYS: [(u16, i32); 4] = [(1, 0), (1, 1), (2, 0), (2, 1)];
 const STRANGER: u16 = 500;
 const TICK: Duration = Duration::from_millis(100);
