@@ -22,7 +22,7 @@ fn beacon(robot: u16) -> Vec<u8> {
 }
 
 fn digest(robot: u16, digest: u32) -> Vec<u8> {
-    frame::<Tiny>(Message::Digest { robot, digest })
+    frame::<Tiny>(Message::Digest { robot, digest, floor: 7 })
 }
 
 fn broadcast(robot: u16, topic: u16, value: i32) -> Vec<u8> {
@@ -131,24 +131,22 @@ fn a_beacon_replaces_the_robot_s_one_of_before() {
     assert_eq!(frames, [digest(1, 7), digest(2, 6)]);
 }
 
-/// Two robots with different scripts may have the same id.
+/// Two robots with different scripts may have the same id. Beacons with and without a digest share a byte of the hash.
 #[test]
 fn a_beacon_does_not_replace_one_of_another_script() {
-    for byte in 3..7 {
-        let mut other = beacon(1);
-        other[byte] ^= 1;
-        let mut inbox = Inbox::<Tiny, (), 10, 4, 0>::new(());
-        inbox.push(&beacon(1), ());
-        inbox.push(&other, ());
-        assert_eq!(inbox.len(), 2, "byte {byte}");
-    }
+    let mut other = beacon(1);
+    other[3] ^= 1;
+    let mut inbox = Inbox::<Tiny, (), 10, 4, 0>::new(());
+    inbox.push(&beacon(1), ());
+    inbox.push(&other, ());
+    assert_eq!(inbox.len(), 2);
 }
 
-/// The last byte of the hash is missing in the first beacon.
+/// The hash is missing in the first beacon.
 #[test]
 fn a_beacon_does_not_replace_one_that_was_cut() {
     let mut inbox = Inbox::<Tiny, (), 10, 4, 0>::new(());
-    inbox.push(&beacon(1)[..6], ());
+    inbox.push(&beacon(1)[..3], ());
     inbox.push(&beacon(1), ());
     assert_eq!(inbox.len(), 2);
 }
@@ -330,7 +328,7 @@ impl Model {
                 (
                     FrameKind::Beacon | FrameKind::Digest,
                     Some(FrameKind::Beacon | FrameKind::Digest),
-                ) => old[1..7] == frame[1..7],
+                ) => old[1..4] == frame[1..4],
                 (FrameKind::Broadcast, Some(FrameKind::Broadcast)) => {
                     *is_stale && old[1..5] == frame[1..5] && old[7..] == frame[7..]
                 }

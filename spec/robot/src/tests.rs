@@ -14,7 +14,7 @@ tick_hz = 10
 message_bytes = 9
 
 [vm]
-memory = 2018
+memory = 2027
 slots = 200
 neighbors = 15
 in_queue = 10
@@ -101,7 +101,7 @@ fn a_correct_file_is_read_completely() {
     assert_eq!((toy.profile, toy.tick_hz, toy.message_bytes), (NumberProfile::Tiny, 10, 9));
     assert_eq!(toy.on_fault, OnFault::Restart);
     let vm = VmSizes {
-        memory: 2018,
+        memory: 2027,
         slots: 200,
         neighbors: 15,
         bearings: true,
@@ -240,7 +240,7 @@ fn every_error_has_its_place() {
         ("slots = 200", "slots = 31", Expected("OutOfRange", 10, 9, "cannot be 31")),
         ("slots = 200", "slots = -1", Expected("OutOfRange", 10, 9, "cannot be -1")),
         ("slots = 200", "slots = 99999999999999999999", Expected("OutOfRange", 10, 9, "9999")),
-        ("memory = 2018", "memory = 0", Expected("OutOfRange", 9, 10, "from 256")),
+        ("memory = 2027", "memory = 0", Expected("OutOfRange", 9, 10, "from 256")),
         ("neighbors = 15", "neighbors = 256", Expected("OutOfRange", 11, 13, "from 0 to 255")),
         ("in_queue = 10", "in_queue = 0", Expected("OutOfRange", 12, 12, "from 1 to 255")),
         ("out_queue = 10", "out_queue = 0", Expected("OutOfRange", 13, 13, "from 1 to 255")),
@@ -391,10 +391,10 @@ fn colliding_hashes_are_refused() {
 fn the_message_shows_the_line() {
     let text = GOOD.replacen("Toy robot\"", "Toy r\u{f6}bot\" # \u{fc}", 1);
     let error = error_of(&text.replacen("slots = 200", "slots =   1_000", 1));
-    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 2018 bytes of `memory`, with neighbors \
+    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 2027 bytes of `memory`, with neighbors \
                     and messages\n\
                     10 | slots =   1_000\n   |           ^^^^^\n\
-                    help: there is room for 203 `slots`; or set `memory` to 5206 or more: earlier versions needed less";
+                    help: there is room for 203 `slots`; or set `memory` to 5215 or more: earlier versions needed less";
     assert_eq!(RobotErrors(vec![error]).to_string(), expected);
 }
 

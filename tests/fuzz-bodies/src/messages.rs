@@ -179,7 +179,10 @@ fn frames<P: Profile>(choices: &mut Choices<'_>, script: ScriptIdentity) -> Vec<
             value: value(choices),
         })),
         4 if choices.flag() => sealed(&Message::Beacon { robot }),
-        4 => sealed(&Message::Digest { robot, digest: choices.byte().into() }),
+        4 => {
+            let digest = choices.byte().into();
+            sealed(&Message::Digest { robot, digest, floor: clock(choices) })
+        }
         5 => {
             let mut swarms = Swarms::default();
             for _ in 0..choices.below(5) {

@@ -106,7 +106,7 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
                 // At most one of two sums is the robot's own.
                 if step % 10 < 2 {
                     let digest = step as u32 % 10;
-                    machine.robot.receive(&Message::Digest { robot: ASKER, digest });
+                    machine.robot.receive(&Message::Digest { robot: ASKER, digest, floor: 0 });
                 }
                 machine.step(0);
             }

@@ -87,9 +87,10 @@ fn messages_with_another_hash_are_foreign() {
                 Message::<P>::Entry(StigmergyEntry { stigmergy: 1, owner: 2, clock: 3, key, value })
             };
             let four_bits = if P::FULL { 0xf0ff_ffff } else { 0xf000_0000 };
+            let ten_bits = if P::FULL { 0xc0ff_ffff } else { 0xc000_00ff };
             for (message, carried) in [
                 (Message::Beacon { robot: 2 }, u32::MAX),
-                (Message::Digest { robot: 2, digest: 9 }, u32::MAX),
+                (Message::Digest { robot: 2, digest: 9, floor: 8 }, ten_bits),
                 (Message::Swarms { robot: 2, swarms }, 0xffff),
                 (Message::Broadcast { robot: 2, topic, value: number }, 0xff_ffff),
                 (Message::Broadcast { robot: 2, topic, value: string }, 0xff_ffff),

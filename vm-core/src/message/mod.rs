@@ -76,6 +76,8 @@ pub enum Message<'a, P: Profile> {
         robot: u16,
         /// The sum over its entries, of 24 bits. Equal sums mean equal replicas.
         digest: u32,
+        /// The latest clock of a deletion that it has forgotten, 0 if there is none.
+        floor: u32,
     },
     /// Memberships of a robot in swarms.
     Swarms {

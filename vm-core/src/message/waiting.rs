@@ -12,8 +12,6 @@ const CLOCK: u8 = 0x18;
 const ROBOT: usize = 1;
 const TOPIC: usize = 3;
 const KEY: usize = 6;
-/// The number of bytes of the hash after the robot in a beacon.
-const HASH: usize = 4;
 /// The number of bytes of the check after the words of a frame.
 const CHECK: usize = 3;
 
@@ -34,8 +32,9 @@ pub fn replaces<P: Profile>(kind: FrameKind, new: &[u8], waiting: &[u8], is_stal
             let check = TOPIC + words;
             (0xfc, bytes(ROBOT, TOPIC + P::WORD_BYTES) | bytes(check, check + CHECK))
         }
-        // The types of a beacon and of one with a digest differ in one bit.
-        FrameKind::Beacon | FrameKind::Digest => (0xfd, bytes(ROBOT, ROBOT + 2 + HASH)),
+        // The types of a beacon and of one with a digest differ in one bit. They share the first
+        // byte of the hash.
+        FrameKind::Beacon | FrameKind::Digest => (0xfd, bytes(ROBOT, ROBOT + 3)),
         // The mask has the stigmergy and the type of the key.
         FrameKind::Entry => {
             let check = KEY + words;

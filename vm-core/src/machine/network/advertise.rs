@@ -14,7 +14,7 @@
 //! low rate, and set no timer. However many there are, they cost each robot at most one frame in
 //! [`RELAY_PAUSE`] steps.
 
-use super::protocol::{Count, DIGEST_KNOWN, Timer};
+use super::protocol::{ALONE, COMPARED, Count, DIGEST_KNOWN, Timer};
 use super::swarms::NEWS;
 use crate::builtin::Feature;
 use crate::bytecode::ByteCode;
@@ -26,6 +26,7 @@ use crate::message::{StigmergyEntry, Swarms};
 use crate::network::Places;
 use crate::number::Profile;
 use crate::part::Part;
+use crate::stamp::is_earlier;
 use crate::value::Value;
 
 /// The shortest time between two advertisements, in steps.
@@ -61,8 +62,11 @@ const RECLAIM_STEPS: u16 = 256;
 /// Steps after which a robot whose store had no room compares digests again. Otherwise one forged
 /// entry of an unknown stigmergy would prevent comparisons for ever.
 const RETRY_STEPS: u16 = 1024;
-/// The age at which a deleted entry frees its place: 64 s at ten steps per second.
+/// The age from which on a deleted entry is no longer advertised, and another entry may take its
+/// place: 64 s at ten steps per second.
 pub(super) const FORGOTTEN: u16 = 40;
+/// Steps for which a robot remembers that a neighbor has another clock floor.
+const DISTRUST_STEPS: u8 = 50;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sends the entries and swarms that the ending entry point has changed, at most [`NEWS_MAX`]
@@ -167,12 +171,38 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// while. The limit prevents a robot that sends old entries from filling the channel with
     /// answers.
     pub(super) fn answer(&mut self, at: usize) {
-        if self.protocol.answers != 0 {
-            self.protocol.answers -= 1;
+        if self.is_comparing() {
+            return;
+        }
+        if self.may_answer() {
             self.set_entry_state(at, self.entry_state(at) | NEWS);
             self.protocol.has_dirty_entries = true;
         }
         self.hurry(at);
+    }
+
+    /// Returns true if few answers were sent shortly before, and counts one more.
+    pub(super) fn may_answer(&mut self) -> bool {
+        let may = self.protocol.answers != 0;
+        self.protocol.answers -= u8::from(may);
+        may
+    }
+
+    /// Returns true while a robot that was away for long compares digests with the others: it sends
+    /// no entry that it had before, since that may have been deleted.
+    fn is_comparing(&self) -> bool {
+        self.protocol.alone >= ALONE
+    }
+
+    /// Takes note that a frame was received.
+    #[hot]
+    pub(super) fn end_absence(&mut self) {
+        let alone = &mut self.protocol.alone;
+        if *alone < ALONE {
+            *alone = 0;
+        } else if *alone == ALONE {
+            *alone += 1;
+        }
     }
 
     /// Advances all timers by a step, and sends the messages that are due.
@@ -212,7 +242,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             // Robots that were switched on at the same time drift apart by the random bit.
             self.protocol.silent = self.random() & 1;
         }
-        if Self::HAS_SHARED_STATE && advertises {
+        if Self::HAS_SHARED_STATE && advertises && !self.is_comparing() {
             self.advertise(host);
         }
     }
@@ -229,7 +259,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut frame = Frame::EMPTY;
         if Self::has(Part::Stigmergy) && self.is_comparable() {
             let digest = self.digest();
-            frame.put_digest(self.robot_id, digest);
+            frame.put_digest(self.robot_id, digest, self.protocol.floor);
             self.protocol.set_timer(Timer::Digest, host.periods().advertise);
         } else {
             frame.put_beacon(self.robot_id);
@@ -250,7 +280,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.protocol.interval >= LONG_INTERVAL {
             // Nobody may be there that could confirm a put.
             self.protocol.is_unheard = false;
-        } else if newest != 0 && self.entry_state(newest) != 0 {
+        } else if newest != 0 && self.is_shared(newest) {
             self.send_entry_at(host, newest);
             sent = newest;
         }
@@ -277,7 +307,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
             } else if has_entries {
                 let at = self.entry_slot(place);
-                if self.entry_state(at) == 0 || at == sent || self.may_skip(at) {
+                if !self.is_shared(at) || at == sent || self.may_skip(at) {
                     continue;
                 }
                 // An entry for which there is no room gets the next turn.
@@ -324,18 +354,37 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.send_entry(host, &entry, digest)
     }
 
-    /// Compares a neighbor's digest with the robot's own one. `None` stands for a beacon without a
-    /// digest.
+    /// Compares a neighbor's digest and clock floor with the robot's own ones. `None` stands for a
+    /// beacon without a digest.
     #[one_copy]
-    pub(super) fn compare(&mut self, theirs: Option<u32>) {
-        let Some(theirs) = theirs else {
+    pub(super) fn compare(&mut self, theirs: Option<(u32, u32)>) {
+        let Some((theirs, floor)) = theirs else {
             self.protocol.meets_beacon = true;
             return;
         };
-        if !self.is_comparable() || theirs == self.digest() {
+        // New keys then have later clocks than the deletions that the neighbor has forgotten.
+        self.note_clock(floor);
+        if !self.is_comparable() {
             return;
         }
+        let is_equal = theirs == self.digest();
         let protocol = &mut self.protocol;
+        if is_equal {
+            if is_earlier(protocol.floor, floor) {
+                protocol.floor = floor;
+            }
+            protocol.settled = protocol.clock as u16;
+            protocol.is_complete = true;
+            return;
+        }
+        if protocol.floor == floor {
+            protocol.is_complete = false;
+        } else {
+            protocol.set_timer(Timer::Distrust, DISTRUST_STEPS);
+        }
+        if protocol.alone >= ALONE {
+            return;
+        }
         let theirs = theirs as u16;
         if protocol.differing != theirs {
             protocol.differing = theirs;
@@ -351,7 +400,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if protocol.unadvertised == 0 {
             self.advertise_soon();
         }
-        let used = |place: &Places| self.entry_state(self.entry_slot(*place)) != 0;
+        let used = |place: &Places| self.is_shared(self.entry_slot(*place));
         self.protocol.unadvertised = (0..self.sizes().entries).filter(used).count() as Places;
     }
 
@@ -383,7 +432,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) {
         self.protocol.count(Count::NotKept);
         // A digest does not include deletions.
-        self.protocol.has_dropped |= !entry.value.is_nil();
+        self.drop_entry(!entry.value.is_nil());
         let hash = hash(entry, digest) as u16;
         if self.protocol.timer(Timer::Relay) != 0 || self.protocol.relayed == hash {
             return;
@@ -392,6 +441,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let pause = RELAY_PAUSE + (self.random() & (RELAY_PAUSE / 2 - 1));
         self.protocol.set_timer(Timer::Relay, pause);
         self.send_entry(host, entry, digest);
+    }
+
+    /// Takes note that an entry was not kept, if `is_value`.
+    pub(super) fn drop_entry(&mut self, is_value: bool) {
+        self.protocol.has_dropped |= is_value;
+        self.protocol.is_complete &= !is_value;
     }
 
     /// Advances the pauses, and the age of deleted entries.
@@ -409,6 +464,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             protocol.has_dropped = false;
         }
         if protocol.age.is_multiple_of(AGE_STEPS) {
+            if protocol.alone != ALONE {
+                protocol.alone += 1;
+                if protocol.alone == COMPARED {
+                    protocol.alone = 0;
+                }
+            }
             self.forget_deleted();
         }
     }

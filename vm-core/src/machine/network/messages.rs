@@ -190,6 +190,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Ok(());
             }
         };
+        if Self::has(Part::Stigmergy) {
+            self.end_absence();
+        }
         let robot = frame.robot();
         let sender = if kind == FrameKind::Entry { sighting.robot } else { Some(robot) };
         if let Some(sender) = sender {
@@ -214,7 +217,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 (self.top(2), self.top(1))
             }
             FrameKind::Entry if Self::has(Part::Stigmergy) => {
-                return self.merge(host, &frame.entry(), 0);
+                return self.merge(host, &mut frame.entry(), 0);
             }
             FrameKind::Beacon | FrameKind::Digest if Self::has(Part::Stigmergy) => {
                 self.compare((kind == FrameKind::Digest).then(|| frame.digest()));
@@ -251,19 +254,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[hot]
     pub(super) fn expects(&mut self, name: Value<P>, value: Value<P>) -> bool {
         // Most values are numbers, and most scripts send numbers under all names.
-        let has_table = self.header.form() & FORM_CLASSES != 0;
         let takes_numbers = self.header.features() & Feature::Numbers as u8 != 0;
-        !has_table || takes_numbers && value.is_number() || self.has_class(name, value)
-    }
-
-    #[one_copy]
-    fn has_class(&mut self, name: Value<P>, value: Value<P>) -> bool {
-        let Some(program) = self.program() else { return false };
-        if program.classes(name) >> value.class_bit() & 1 != 0 {
+        if takes_numbers && value.is_number() || self.may_send(name, value) {
             return true;
         }
         self.protocol.count(Count::Malformed);
         false
+    }
+
+    /// Returns true if the script may send a value of that class on that topic or under that key.
+    #[one_copy]
+    pub(super) fn may_send(&self, name: Value<P>, value: Value<P>) -> bool {
+        if self.header.form() & FORM_CLASSES == 0 {
+            return true;
+        }
+        let Some(program) = self.program() else { return false };
+        program.classes(name) >> value.class_bit() & 1 != 0
     }
 
     /// Stores the values with which the next call of [`Vm::next_message`] ends the conflict.

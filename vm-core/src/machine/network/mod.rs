@@ -11,6 +11,7 @@
 //! | The robot gets its id | [`Vm::identify_network`] |
 //! | A step begins | [`Vm::begin_messages`], then [`Vm::next_message`] for each message |
 //! | A fault while a message is handled | [`Vm::contain`] |
+//! | The robot was stopped | [`Vm::come_back`] |
 //! | An entry point ends | [`Vm::send_changes`] |
 //! | The script restarts after a fault | [`Vm::rest_network`], [`Vm::forget_entries_on_heap`], later [`Vm::end_rest`] |
 //! | The collector marks | [`Vm::mark_entries`] |
@@ -159,6 +160,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn end_rest(&mut self) {
         if Self::HAS_NETWORK {
             self.protocol.is_resting = false;
+        }
+    }
+
+    /// Takes note that the robot neither ran nor heard others for a while: it compares its entries
+    /// with those of the others before it sends them, since they may have been deleted.
+    pub fn come_back(&mut self) {
+        if Self::has(Part::Stigmergy) {
+            self.protocol.alone = protocol::ALONE;
         }
     }
 

@@ -10,6 +10,12 @@ use crate::network::{Places, Sizes};
 /// change of an entry clears it.
 pub(in crate::machine) const DIGEST_KNOWN: u32 = 1 << 31;
 
+/// A [`Protocol::alone`] after which others may have forgotten deletions that the robot missed.
+pub(super) const ALONE: u8 = super::advertise::FORGOTTEN as u8;
+/// A [`Protocol::alone`] at which the robot has compared its entries with those of the others: 3 to
+/// 5 s after the first frame.
+pub(super) const COMPARED: u8 = ALONE + 4;
+
 /// The index of a counter in [`Protocol::counters`].
 #[derive(Clone, Copy)]
 pub(in crate::machine) enum Count {
@@ -66,7 +72,7 @@ pub(in crate::machine) struct Protocol {
     /// Steps between two advertisements of entries.
     pub(in crate::machine) interval: u8,
     /// The steps that are left of each [`Timer`].
-    pub(in crate::machine) timers: [u8; 4],
+    pub(in crate::machine) timers: [u8; 5],
     /// The first slot of the entry that changed last; 0 if none has changed.
     pub(in crate::machine) newest: u16,
     /// True while [`Protocol::newest`] is a put of this robot that it has not yet received from
@@ -99,6 +105,18 @@ pub(in crate::machine) struct Protocol {
     pub(in crate::machine) digest: u32,
     /// The latest clock that was put or received, on any key.
     pub(in crate::machine) clock: u32,
+    /// The low bits of that clock when a neighbor last had the same entries: others know the puts up
+    /// to then.
+    pub(in crate::machine) settled: u16,
+    /// The latest clock of a deletion whose place was taken, here or at a robot with the same
+    /// entries.
+    pub(in crate::machine) floor: u32,
+    /// True if a neighbor had the same entries, and none was lost since: the robot knows all keys
+    /// that are not later than the floor.
+    pub(in crate::machine) is_complete: bool,
+    /// Sixteens of steps since a frame was received, up to [`ALONE`]; then, once a frame was
+    /// received, more of them up to [`COMPARED`].
+    pub(in crate::machine) alone: u8,
     /// The state of the random generator that keeps robots from sending at the same time.
     pub(in crate::machine) jitter: u16,
     /// The counters of [`NetworkCounters`](crate::network::NetworkCounters), by [`Count`].
@@ -117,13 +135,15 @@ pub(in crate::machine) enum Timer {
     Digest,
     /// Steps until a neighbor whose digest stays another one gets all entries again.
     Help,
+    /// Steps in which a neighbor may still have entries that were deleted here.
+    Distrust,
 }
 
 impl Protocol {
     /// All zeros.
     pub(in crate::machine) const EMPTY: Self = Protocol {
         sizes: Sizes::NONE,
-        timers: [0; 4],
+        timers: [0; 5],
         stigmergies: 0,
         step: 0,
         last_sender: 0,
@@ -151,6 +171,10 @@ impl Protocol {
         meets_beacon: false,
         digest: 0,
         clock: 0,
+        settled: 0,
+        floor: 0,
+        is_complete: false,
+        alone: 0,
         jitter: 0,
         counters: [0; 7],
     };
@@ -172,6 +196,10 @@ impl Protocol {
         self.has_dropped = false;
         self.digest = 0;
         self.clock = 0;
+        self.settled = 0;
+        self.floor = 0;
+        self.is_complete = false;
+        self.alone = 0;
     }
 
     /// Prepares a new start of the same script. Knowledge of other robots stays.

@@ -261,8 +261,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     Tag::INT | Tag::FLOAT | Tag::STRING | Tag::TEXT => first,
                     _ => return Ok(false),
                 };
-                let entry = message::StigmergyEntry { stigmergy, owner, clock, key, value: second };
-                self.merge(host, &entry, digest)?;
+                let mut entry =
+                    message::StigmergyEntry { stigmergy, owner, clock, key, value: second };
+                self.merge(host, &mut entry, digest)?;
                 Ok(false)
             }
         }

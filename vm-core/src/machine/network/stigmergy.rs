@@ -16,7 +16,15 @@
 //! # Deletion
 //! A deleted entry stays as an entry without a value, since a replica that missed the deletion
 //! would bring the old value back. After all robots had time to receive the deletion
-//! ([`FORGOTTEN`]), its place is free again.
+//! ([`FORGOTTEN`]), another key may take its place. Until then it answers robots that were away.
+//!
+//! Of the deletions without a place a robot remembers the latest clock, the floor. A key that is
+//! unknown here and has no later clock was deleted, or its put has not arrived for 64 s. It is not
+//! taken, but deleted once more, unless the script deletes no such key. Robots with equal digests
+//! know the same keys, so the floor of one is that of the other; a robot that may lack some
+//! deletes none. The new deletion names the robot that has
+//! put the entry: if that put has never reached another robot, this robot puts it again, with a
+//! clock above the floor.
 //!
 //! # Restarts
 //! A robot that was switched off remembers no clock. Entries that it put before come back from the
@@ -183,21 +191,42 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         clock.tag().byte() & HEARD != 0
     }
 
-    /// Increases the age of all deleted entries by one. Entries that are old enough free their
-    /// places.
+    /// Returns true if there is an entry that is advertised: a value, or a deletion that is not old.
+    #[one_copy]
+    pub(super) fn is_shared(&self, at: usize) -> bool {
+        self.entry_state(at) != 0
+            && !(self.arena.get(at + VALUE).is_nil()
+                && self.arena.index_at(at + DIGEST) as u16 >= FORGOTTEN)
+    }
+
+    /// Increases the age of all deleted entries by one. Entries that are old enough leave their
+    /// places to others; a key on the heap takes too much memory to stay.
     pub(super) fn forget_deleted(&mut self) {
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
-            if self.entry_state(at) == 0 || !self.arena.get(at + VALUE).is_nil() {
+            if !self.arena.get(at + VALUE).is_nil() || !self.is_shared(at) {
                 continue;
             }
             let age = self.arena.index_at(at + DIGEST) as u16 + 1;
             self.arena.set_link(at + DIGEST, age.into());
             if age >= FORGOTTEN {
-                self.free_entry(at);
+                if self.arena.get(at + KEY).is_heap() {
+                    self.forget_deletion(at);
+                }
                 // There is room again for entries of others.
                 self.protocol.has_dropped = false;
             }
+        }
+    }
+
+    /// Frees the place of an old deletion, if there is an entry, and remembers its clock.
+    fn forget_deletion(&mut self, at: usize) {
+        if self.entry_state(at) != 0 {
+            let clock = self.stamp(at).clock;
+            if is_earlier(self.protocol.floor, clock) {
+                self.protocol.floor = clock;
+            }
+            self.free_entry(at);
         }
     }
 
@@ -208,6 +237,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let at = self.entry_slot(place);
             if self.arena.get(at + KEY).is_heap() || self.arena.get(at + VALUE).is_heap() {
                 self.free_entry(at);
+                self.protocol.is_complete = false;
             }
         }
         self.protocol.digest = 0;
@@ -223,7 +253,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Remembers a clock if it is the latest one.
     #[one_copy]
-    fn note_clock(&mut self, clock: u32) {
+    pub(super) fn note_clock(&mut self, clock: u32) {
         if is_earlier(self.protocol.clock, clock) {
             self.protocol.clock = clock;
         }
@@ -327,19 +357,29 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         here.same(key) || self.arena.same_text(here, key)
     }
 
-    /// Prepares a new entry with that key, clock 0 and no value, and returns its first slot; 0 if
-    /// there is no room. The place counts as free until the entry gets a stamp.
-    fn new_entry(&mut self, key: Value<P>) -> usize {
+    /// Returns the first slot of a free place, or else that of an old deletion; 0 if there is no
+    /// room.
+    fn find_room(&self) -> usize {
+        let mut room = 0;
         for place in 0..self.sizes().entries {
             let at = self.entry_slot(place);
-            if self.entry_state(at) == 0 {
-                self.arena.set(at + KEY, key);
-                self.arena.set(at + VALUE, Value::nil());
-                self.arena.set(at + CLOCK, Value::nil());
-                return at;
+            if !self.is_shared(at) {
+                room = at;
+                if self.entry_state(at) == 0 {
+                    break;
+                }
             }
         }
-        0
+        room
+    }
+
+    /// Prepares a new entry with that key, clock 0 and no value, in the place that
+    /// [`Vm::find_room`] has found. The place counts as free until the entry gets a stamp.
+    fn new_entry(&mut self, at: usize, key: Value<P>) {
+        self.forget_deletion(at);
+        self.arena.set(at + KEY, key);
+        self.arena.set(at + VALUE, Value::nil());
+        self.arena.set(at + CLOCK, Value::nil());
     }
 
     /// Pushes the key, a copy of the value, and the robot of the next entry. Slot `at` holds the
@@ -425,10 +465,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // elsewhere. Its clock must exceed all others.
         let mut clock = self.protocol.clock;
         if at == 0 {
-            at = self.new_entry(key);
+            at = self.find_room();
             if at == 0 {
                 return Err(self.fail(FaultCode::StoreFull));
             }
+            self.new_entry(at, key);
         } else {
             clock = self.stamp(at).clock;
         }
@@ -467,6 +508,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         self.protocol.digest = 0;
+        self.protocol.is_complete = false;
         Ok(stigmergy)
     }
 
@@ -493,14 +535,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn merge<H: Host<P>>(
         &mut self,
         host: &mut H,
-        remote: &StigmergyEntry<P>,
+        remote: &mut StigmergyEntry<P>,
         digest: u16,
     ) -> Result<(), Stopped> {
         let StigmergyEntry { owner: robot, clock, key, value, .. } = *remote;
         let stigmergy = self.find_stigmergy(remote.stigmergy);
         if stigmergy == self.protocol.stigmergies {
             // The sender has entries that this robot's digest cannot cover.
-            self.protocol.has_dropped |= clock != 0;
+            self.drop_entry(clock != 0);
             return Ok(());
         }
         // An entry with clock 0 asks for the value and changes nothing.
@@ -510,12 +552,25 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.note_clock(clock);
         let theirs = Stamp { clock, robot, value, digest };
         let mut at = self.find_entry(stigmergy, key);
-        if at == 0 {
+        let is_new = at == 0;
+        if is_new || !self.is_shared(at) {
             // The sender asks for an entry that this robot does not have.
             if clock == 0 {
                 return Ok(());
             }
-            at = self.new_entry(key);
+            let floor = if is_new { self.protocol.floor } else { self.stamp(at).clock };
+            if !is_earlier(floor, clock) && !value.is_nil() && self.may_send(key, Value::nil()) {
+                if !is_new || self.protocol.is_complete {
+                    self.delete_again(host, remote, floor);
+                    return Ok(());
+                }
+                if self.protocol.timer(Timer::Distrust) != 0 {
+                    return Ok(());
+                }
+            }
+        }
+        if is_new {
+            at = self.find_room();
             if at == 0 {
                 self.relay(host, remote, digest);
                 return Ok(());
@@ -524,6 +579,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if value.is_nil() {
                 return Ok(());
             }
+            self.new_entry(at, key);
         }
         let mut mine = self.stamp(at);
         // A robot that was switched off knows its earlier puts only from others. A put since then
@@ -532,6 +588,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if robot == self.robot_id
             && self.arena.get(at + CLOCK).tag().byte() & OWN != 0
             && theirs.order(&mine) == Ordering::Greater
+            && (!value.is_nil() || self.is_unsettled(mine.clock))
             && self.protocol.reclaimed < RECLAIMED_MAX
         {
             self.protocol.reclaimed += 1;
@@ -547,6 +604,27 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
         }
         self.take_greater(host, at, stigmergy, &theirs)
+    }
+
+    /// Returns true if nobody may know a put of this robot with that clock.
+    #[hot]
+    fn is_unsettled(&self, clock: u32) -> bool {
+        (clock as u16).wrapping_sub(self.protocol.settled).wrapping_sub(1) < 0x7fff
+    }
+
+    /// Answers an entry that was deleted before: sends its deletion, in the name of its robot, with
+    /// a clock after `clock`. That robot puts the entry again if nobody else can have deleted it.
+    fn delete_again<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        entry: &mut StigmergyEntry<P>,
+        clock: u32,
+    ) {
+        if self.may_answer() {
+            entry.clock = next(clock);
+            entry.value = Value::nil();
+            self.send_entry(host, entry, 0);
+        }
     }
 
     /// Calls the handler of conflicts.
