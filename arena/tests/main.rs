@@ -16,6 +16,7 @@ mod conflicts;
 mod contacts;
 mod crashes;
 mod deaf;
+mod deletions;
 mod delivery;
 mod described;
 mod determinism;

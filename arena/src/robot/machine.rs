@@ -326,6 +326,9 @@ where
     }
 
     fn tick(&mut self, state: &mut RobotContext, io: &mut Io<'_>) {
+        if state.was_stopped(io.now) {
+            self.vm.come_back();
+        }
         let mut is_due = state.take_due(io.now);
         if let Some(faults) = &mut state.faults {
             if faults.is_over() {

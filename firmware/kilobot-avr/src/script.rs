@@ -39,6 +39,8 @@ pub struct ScriptSchedule {
     completed: u16,
     /// True if the script has more to do at once.
     goes_on: bool,
+    /// True if the controller has stopped the script since its last step.
+    was_stopped: bool,
 }
 
 impl ScriptSchedule {
@@ -50,6 +52,7 @@ impl ScriptSchedule {
             ticks: Ticks::start(0),
             completed: 0,
             goes_on: false,
+            was_stopped: false,
         }
     }
 
@@ -57,6 +60,7 @@ impl ScriptSchedule {
     pub fn resume(&mut self, now: u16) {
         self.ticks = Ticks::start(now);
         self.completed = now;
+        self.was_stopped = self.phase == Phase::Waits;
     }
 
     /// Returns true if the script had more to do at the end of the last call of [`run`](Self::run).
@@ -149,6 +153,9 @@ impl ScriptSchedule {
     fn tick(&mut self, vm: &mut Machine, robot: &mut KilobotHost, now: u16) {
         robot.outbox.begin_step();
         if self.phase == Phase::Waits {
+            if core::mem::take(&mut self.was_stopped) {
+                vm.come_back();
+            }
             self.begin(vm, Entry::Step, Phase::Runs);
         } else if self.restarts.tick() {
             robot.restart();
