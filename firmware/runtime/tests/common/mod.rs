@@ -14,6 +14,7 @@ use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped, Scrip
 use bittybuzz_runtime::setpoint::{Channel, MotorDriver, SetpointWriter};
 use bittybuzz_runtime::tasks;
 use bittybuzz_vm_core::hash::name_hash;
+use bittybuzz_vm_core::message::Topics;
 use bittybuzz_vm_core::number::Full;
 use bittybuzz_vm_core::{
     Axis, ByteCode, CallArguments, Image, Reply, RobotFault, Sighting, Sizes, Value, Vm,
@@ -88,7 +89,7 @@ impl<const ON_FAULT_STOPS: bool> RobotHost<Full> for Fake<ON_FAULT_STOPS> {
         None
     }
 
-    fn begin_step(&mut self) {
+    fn begin_step(&mut self, _: Topics) {
         note("begin step");
     }
 
