@@ -110,7 +110,7 @@ fn received(frame: &[u8], extra: u8) -> Received {
 
 /// Runs an entry; `false` if that was the end, for want of memory.
 fn step<P: Profile>(robot: &mut Robot<P>, entry: EntryPoint) -> bool {
-    robot.host.link.begin_step();
+    robot.host.link.begin_step(robot.vm.unwanted_topics());
     assert!(robot.vm.begin(entry), "{entry:?} does not begin");
     for _ in 0..10_000 {
         let outcome = robot.vm.run(&mut robot.host, 50);

@@ -187,17 +187,18 @@ fn in_process(id: u16, heard: &[Vec<Vec<u8>>], image: &[u8]) -> (Vec<Known>, Win
     let mut run = |host: &mut Recorder, entry| {
         assert!(vm.begin(entry));
         assert!(matches!(vm.run(host, 60_000), Outcome::Done));
+        vm.unwanted_topics()
     };
     run(&mut host, bittybuzz_vm_core::Entry::Global);
-    run(&mut host, bittybuzz_vm_core::Entry::Init);
+    let mut unwanted = run(&mut host, bittybuzz_vm_core::Entry::Init);
     let mut answers = Vec::new();
     for (tick, heard) in heard.iter().enumerate() {
         for payload in heard {
             let Payload { robot: sender, message, .. } = Payload::parse(payload).unwrap();
             host.link.push(Received { sender: Some(sender), ..Received::new(message) });
         }
-        host.link.begin_step();
-        run(&mut host, bittybuzz_vm_core::Entry::Step);
+        host.link.begin_step(unwanted);
+        unwanted = run(&mut host, bittybuzz_vm_core::Entry::Step);
         while let Some(frame) = host.link.pop_sent() {
             if tick >= ASKED {
                 answers.push(frame);
