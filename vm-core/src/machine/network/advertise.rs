@@ -177,6 +177,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.may_answer() {
             self.set_entry_state(at, self.entry_state(at) | NEWS);
             self.protocol.has_dirty_entries = true;
+        } else {
+            // The answer is advertised as the newest entry, in place of an unconfirmed put.
+            self.protocol.is_unheard = false;
         }
         self.hurry(at);
     }
@@ -194,8 +197,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.alone >= ALONE
     }
 
-    /// Takes note that a frame was received.
-    #[hot]
+    /// Takes note that a frame was received that only robots with stigmergies send often.
+    #[one_copy]
     pub(super) fn end_absence(&mut self) {
         let alone = &mut self.protocol.alone;
         if *alone < ALONE {
@@ -358,6 +361,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// beacon without a digest.
     #[one_copy]
     pub(super) fn compare(&mut self, theirs: Option<(u32, u32)>) {
+        self.end_absence();
         let Some((theirs, floor)) = theirs else {
             self.protocol.meets_beacon = true;
             return;

@@ -190,9 +190,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Ok(());
             }
         };
-        if Self::has(Part::Stigmergy) {
-            self.end_absence();
-        }
         let robot = frame.robot();
         let sender = if kind == FrameKind::Entry { sighting.robot } else { Some(robot) };
         if let Some(sender) = sender {

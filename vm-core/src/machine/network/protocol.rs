@@ -114,7 +114,7 @@ pub(in crate::machine) struct Protocol {
     /// True if a neighbor had the same entries, and none was lost since: the robot knows all keys
     /// that are not later than the floor.
     pub(in crate::machine) is_complete: bool,
-    /// Sixteens of steps since a frame was received, up to [`ALONE`]; then, once a frame was
+    /// Sixteens of steps since a beacon or an entry was received, up to [`ALONE`]; then, once one was
     /// received, more of them up to [`COMPARED`].
     pub(in crate::machine) alone: u8,
     /// The state of the random generator that keeps robots from sending at the same time.

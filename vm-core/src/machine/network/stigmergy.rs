@@ -538,6 +538,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         remote: &mut StigmergyEntry<P>,
         digest: u16,
     ) -> Result<(), Stopped> {
+        self.end_absence();
         let StigmergyEntry { owner: robot, clock, key, value, .. } = *remote;
         let stigmergy = self.find_stigmergy(remote.stigmergy);
         if stigmergy == self.protocol.stigmergies {
