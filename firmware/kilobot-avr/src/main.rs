@@ -191,7 +191,11 @@ impl App {
                 calibration::entry(gain, index, |address| eeprom::read(&registers(), address))
             });
             // The inbox accepts only swarm frames.
-            return robot.inbox.push_except(&infrared::frame(kind, data), mm.unwrap_or(0), unwanted);
+            return robot.inbox.push_except(
+                &infrared::frame(kind, data),
+                mm.unwrap_or(0),
+                unwanted,
+            );
         }
         let was = robot.mode.state;
         match robot.mode.handle(kind, data) {
