@@ -107,7 +107,7 @@ pub fn replaces_content<P: Profile>(new: &[u8], waiting: &[u8], is_stale: bool) 
 
 /// A set of topics: bit i stands for all topics whose number is i modulo 32. The number of a constant
 /// is the low byte of its word in frames; that of a text, the sum of its length and its first
-/// [`TOPIC_BYTES`] bytes.
+/// 32 bytes.
 pub type Topics = u32;
 
 /// The number of bytes by which topics differ. They are in the first fragment.
