@@ -412,7 +412,7 @@ struct Queue<P, const BYTES: usize, const FRAMES: usize> {
 }
 
 /// The number of long messages that an inbox can keep out.
-const KEPT_OUT: usize = 8;
+const KEPT_OUT: usize = 4;
 
 /// The link to no frame.
 const NOWHERE: u8 = 0;

@@ -28,7 +28,7 @@ const ARRIVING: u32 = 7;
 const LEAVING: u32 = 2;
 /// Bytes for the turns of long messages in both queues, and for the numbers of the unwanted ones. On
 /// Cortex-M also for the unwanted topics.
-const TURNS: [u32; 2] = [20, 28];
+const TURNS: [u32; 2] = [16, 24];
 
 /// The first letters of the names of AVR chips.
 const AVR: [&str; 2] = ["ATmega", "ATtiny"];
