@@ -292,11 +292,7 @@ robot: number,
 /**
  * The sum over the sender's entries.
  */
-digest: number, 
-/**
- * The latest clock of a deletion that the sender has forgotten.
- */
-floor: number, } | { "kind": "swarms", 
+digest: number, } | { "kind": "swarms", 
 /**
  * The id of the sender.
  */

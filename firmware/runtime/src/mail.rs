@@ -4,11 +4,9 @@
 
 use core::cell::RefCell;
 use core::convert::Infallible;
-use core::sync::atomic::{AtomicU32, Ordering};
 
 use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
 use bittybuzz_vm_core::Sighting;
-use bittybuzz_vm_core::message::Topics;
 use bittybuzz_vm_core::number::{Full, Profile, Rng};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -33,9 +31,8 @@ pub trait MailQueues<P: Profile> {
     /// Takes the content of a long message; see `bittybuzz_vm_core::Host::receive_content`.
     fn receive_content(&self, content: &mut [u8]) -> usize;
 
-    /// Marks the beginning of a step: its broadcasts may replace waiting ones. Received messages on
-    /// unwanted topics give way to others.
-    fn begin_step(&self, unwanted: Topics);
+    /// Marks the beginning of a step: its broadcasts may replace waiting ones.
+    fn begin_step(&self);
 
     /// Queues a frame of the script.
     fn send(&self, frame: &[u8]);
@@ -61,7 +58,7 @@ impl<P: Profile> MailQueues<P> for Infallible {
         match *self {}
     }
 
-    fn begin_step(&self, _unwanted: Topics) {
+    fn begin_step(&self) {
         match *self {}
     }
 
@@ -94,8 +91,6 @@ pub struct Mail<
 > {
     inbox: Shared<Inbox<P, Sighting<P>, FRAME, IN, LONG_IN>>,
     outbox: Shared<Outbox<P, FRAME, OUT, LONG_OUT>>,
-    /// The topics to which the script does not listen.
-    unwanted: AtomicU32,
     waiting: Signal<CriticalSectionRawMutex, ()>,
 }
 
@@ -114,15 +109,13 @@ impl<
         Mail {
             inbox: Mutex::new(RefCell::new(Inbox::new(nobody))),
             outbox: Mutex::new(RefCell::new(Outbox::new())),
-            unwanted: AtomicU32::new(0),
             waiting: Signal::new(),
         }
     }
 
     /// Adds a frame that the link received.
     pub fn add_received(&self, frame: &[u8], sighting: Sighting<P>) {
-        let unwanted = self.unwanted.load(Ordering::Relaxed);
-        with(&self.inbox, |inbox| inbox.push_except(frame, sighting, unwanted));
+        with(&self.inbox, |inbox| inbox.push(frame, sighting));
     }
 
     /// Returns the counts of received frames that were not read.
@@ -187,8 +180,7 @@ impl<
         with(&self.inbox, |inbox| inbox.take_content(content)).unwrap_or(0)
     }
 
-    fn begin_step(&self, unwanted: Topics) {
-        self.unwanted.store(unwanted, Ordering::Relaxed);
+    fn begin_step(&self) {
         with(&self.outbox, Outbox::begin_step);
     }
 

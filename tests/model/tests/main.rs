@@ -2,7 +2,6 @@
 
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
-mod choices;
 mod histories;
 mod stigmergy;
 mod supervisor;

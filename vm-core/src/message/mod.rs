@@ -15,8 +15,7 @@ mod plain;
 mod waiting;
 
 pub use check::crc16;
-pub(crate) use waiting::TOPIC_BYTES;
-pub use waiting::{Topics, is_broadcast, replaces, replaces_content, topic_of, topic_set};
+pub use waiting::{is_broadcast, replaces, replaces_content};
 
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -76,8 +75,6 @@ pub enum Message<'a, P: Profile> {
         robot: u16,
         /// The sum over its entries, of 24 bits. Equal sums mean equal replicas.
         digest: u32,
-        /// The latest clock of a deletion that it has forgotten, 0 if there is none.
-        floor: u32,
     },
     /// Memberships of a robot in swarms.
     Swarms {

@@ -14,11 +14,8 @@ use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped, Scrip
 use bittybuzz_runtime::setpoint::{Channel, MotorDriver, SetpointWriter};
 use bittybuzz_runtime::tasks;
 use bittybuzz_vm_core::hash::name_hash;
-use bittybuzz_vm_core::message::Topics;
 use bittybuzz_vm_core::number::Full;
-use bittybuzz_vm_core::{
-    Axis, ByteCode, CallArguments, Image, Reply, RobotFault, Sighting, Sizes, Value, Vm,
-};
+use bittybuzz_vm_core::{Axis, ByteCode, CallArguments, Reply, RobotFault, Sighting, Sizes, Value};
 use embassy_time::{Duration, Instant, MockDriver};
 
 /// Locks and resets the clock, which all tests share.
@@ -89,7 +86,7 @@ impl<const ON_FAULT_STOPS: bool> RobotHost<Full> for Fake<ON_FAULT_STOPS> {
         None
     }
 
-    fn begin_step(&mut self, _: Topics) {
+    fn begin_step(&mut self) {
         note("begin step");
     }
 
@@ -212,13 +209,13 @@ pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u6
     let liveness: &'static Liveness<Task> = Box::leak(Box::new(Liveness::new()));
     let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
     let robot = Fake::<ON_FAULT_STOPS> { setpoint: SetpointWriter::new(channel), radio };
-    let vm = Box::leak(Box::new(Vm::new()));
+    let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
     vm.set_network_capacity(SIZES);
     let mut script: ScriptTask<Full, &[u8], Fake<ON_FAULT_STOPS>, 400> =
         ScriptTask::new(vm, 7, robot, liveness.pulse(Task::Script), Box::leak(Box::new([0; 1024])));
     let both = async {
         let _ = script
-            .run(|vm| vm.load(Image::new(image), is_function), 1, Duration::from_hz(10))
+            .run(bittybuzz_vm_core::Image::new(image), is_function, 1, Duration::from_hz(10))
             .await;
         script.rest().await
     };

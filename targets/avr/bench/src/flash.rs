@@ -27,8 +27,6 @@ impl Flash {
 }
 
 impl ByteCode for Flash {
-    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
-
     const ONLY: Option<Self> = Some(Flash);
 
     fn len(&self) -> usize {
