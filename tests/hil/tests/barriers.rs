@@ -25,7 +25,10 @@ function step() {
 /// The first tick in which a robot may have put.
 const PUT: u32 = 20;
 
-/// Returns the ticks from the puts until the last robot has passed.
+/// Runs of each number. Robots that put at once may send at once, and then it takes some steps more.
+const SEEDS: u32 = 11;
+
+/// Returns the ticks from the puts until the last robot has passed, the median of all seeds.
 fn ticks(robot: &str, group: &str, firmware: &Path, core: Core, number: u16) -> u32 {
     let script = BARRIER.replace("NUMBER", &number.to_string());
     let file = ScriptFile::new(&format!("barrier-{robot}-{number}"), &script);
@@ -46,16 +49,22 @@ fn ticks(robot: &str, group: &str, firmware: &Path, core: Core, number: u16) -> 
     let program = Program { image: compiled.image.unwrap(), symbols: compiled.symbols };
     let model = scenario.groups[0].model.name();
     let setup = Setup::new(scenario, vec![program]).unwrap();
-    let setup = setup.emulated_by(model, core.program().to_owned());
-    let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
-    for tick in 0.. {
-        assert!(!simulation.is_over(), "{model}, number {number}: a robot never passes");
-        simulation.tick().unwrap_or_else(|error| panic!("{error}"));
-        if (0..ROBOTS).all(|robot| simulation.view(robot).is_some_and(|view| view.led == 2)) {
-            return tick - PUT;
+    let setup = Arc::new(setup.emulated_by(model, core.program().to_owned()));
+    let run = |seed: u32| {
+        let mut simulation = Simulation::new(setup.clone(), seed, 1).unwrap();
+        for tick in 0.. {
+            assert!(!simulation.is_over(), "{model}, number {number}: a robot never passes");
+            simulation.tick().unwrap_or_else(|error| panic!("{error}"));
+            if (0..ROBOTS).all(|robot| simulation.view(robot).is_some_and(|view| view.led == 2)) {
+                return tick - PUT;
+            }
         }
-    }
-    unreachable!("a simulation ends")
+        unreachable!("a simulation ends")
+    };
+    let mut runs: Vec<u32> = (1..=SEEDS).map(run).collect();
+    runs.sort_unstable();
+    println!("{model}, number {number}: {runs:?}");
+    runs[runs.len() / 2]
 }
 
 fn compare(robot: &str, group: &str, firmware: &Path, core: Core) {
