@@ -254,3 +254,35 @@ fn more_messages_than_the_swarm_can_carry_do_not_reduce_what_arrives() {
         }
     }
 }
+
+/// A robot that shares a stigmergy late gets all entries of the other one. Each takes a digest and four frames, 2.5 s at two frames
+/// per second, so that all four are sent ten times in 100 s. The queue has room for only one of them at a time.
+#[test]
+fn a_robot_that_comes_late_gets_all_long_entries() {
+    let script = "t = 0
+        size = 0
+        function step() {
+          t = t + 1
+          if(t == 1 and id == 0) {
+            s = stigmergy.create(1)
+            k = 0
+            while(k < 4) { s.put(k, { .x = k }) k = k + 1 }
+          }
+          if(t == 300 and id == 1) s = stigmergy.create(1)
+          if(t > 300) size = s.size()
+        }";
+    let folder = folder("late", &[("s.bzz", script)]);
+    for seed in 1..=20 {
+        let summary = run(
+            &folder,
+            &format!(
+                "[world]\nsize = [1000, 1000]\nduration = 130\nseed = {seed}\n\
+                 [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 2\n\
+                 placement = \"circle\"\nradius = 45\n\
+                 [output]\nplot = [\"global.size\"]\n"
+            ),
+        );
+        assert!(summary.faults.is_empty(), "{:?}", summary.faults);
+        assert_eq!(summary.values[0], Some([4.0; 3]), "seed {seed}");
+    }
+}

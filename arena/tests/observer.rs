@@ -151,20 +151,22 @@ const CROWD: &str = "[world]\nsize = [2000, 2000]\nduration = 20\n\
     placement = \"line\"\nat = [-500, 0]\nspacing = 200\n\
     [[robots]]\nname = \"tiny\"\nrobot = \"crazyflie\"\nprofile = \"tiny\"\nscript = \"talk.bzz\"\ncount = 2\n\
     placement = \"line\"\nat = [-500, 500]\nspacing = 200\n\
-    [[robots]]\nname = \"sleepers\"\nrobot = \"crazyflie\"\nscript = \"sleep.bzz\"\ncount = 1\nat = [0, -500]\n\
+    [[robots]]\nname = \"sleepers\"\nrobot = \"crazyflie\"\nscript = \"talk.bzz\"\ncount = 1\nat = [0, -500]\n\
     placement = \"line\"\nspacing = 200\n\
     [[event]]\nat = 4\nstop = 0\n[[event]]\nat = 6\nresume = 0\n\
     [[event]]\nat = 8\npartition = [[0, 1], [2, 3]]\n[[event]]\nat = 10\nheal = true\n\
     [[event]]\nat = 12\nblock = [0, 1]\n[[event]]\nat = 14\nfail = 3\n";
 
-/// Twelve messages a step; ten fit the queue.
+/// Twelve messages a step; ten fit the queue. Robot 6 sleeps, so that its queue of received messages becomes full.
 const TALK: &str = "function say(topic) { neighbors.broadcast(topic, id) }\n\
-    function step() {\n say(\"a\") say(\"b\") say(\"c\") say(\"d\") say(\"e\") say(\"f\")\n\
+    function hear(topic) { neighbors.listen(topic, function(topic, value, robot) { }) }\n\
+    function init() {\n hear(\"a\") hear(\"b\") hear(\"c\") hear(\"d\") hear(\"e\") hear(\"f\")\n\
+    hear(\"g\") hear(\"h\") hear(\"i\") hear(\"j\") hear(\"k\") hear(\"l\")\n}\n\
+    function step() {\n if(id == 6) delay(3000)\n say(\"a\") say(\"b\") say(\"c\") say(\"d\") say(\"e\") say(\"f\")\n\
     say(\"g\") say(\"h\") say(\"i\") say(\"j\") say(\"k\") say(\"l\")\n}\n";
-const SLEEP: &str = "function step() { delay(3000) }\n";
 
 fn crowd(name: &str) -> Arc<Setup> {
-    let folder = folder(name, &[("talk.bzz", TALK), ("sleep.bzz", SLEEP)]);
+    let folder = folder(name, &[("talk.bzz", TALK)]);
     let (scenario, programs) = read(&folder, CROWD);
     Arc::new(Setup::new(scenario, programs).unwrap())
 }

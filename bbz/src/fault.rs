@@ -286,7 +286,7 @@ impl FaultText<'_> {
             }
             FaultCode::BadNumber => return None,
             FaultCode::TooMany => "a robot is in at most 8 swarms, and has as many stigmergies as \
-                 `stigmergy_entries` of its robot file says"
+                 `stigmergy_entries` of its robot file says, at most 100"
                 .to_owned(),
             FaultCode::NotCallable | FaultCode::AssertFailed | FaultCode::RobotRefused => {
                 return None;

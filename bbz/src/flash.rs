@@ -139,7 +139,7 @@ pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Box<dyn Problem
     let opened = LoadedProgram::open(&arguments.file, &arguments.include, &selection)?;
     let Some(program) = opened else { return Ok(ExitStatus::CompileError) };
     check(&arguments.file, &program, robot)?;
-    let section = probe_rs::script_section(&layout, &arguments.file, &program.image)?;
+    let section = probe_rs::script_section(robot, &arguments.file, &program.image)?;
     if let Some(path) = &arguments.firmware {
         firmware::check(path, &layout)?;
     }

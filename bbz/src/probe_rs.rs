@@ -8,9 +8,11 @@ use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use bittybuzz_compiler::fit;
 use bittybuzz_robot_spec::{Layout, Robot};
 
 use crate::problem::Problem;
+use crate::program::RefusedImage;
 use crate::shell;
 
 /// A reason why probe-rs cannot do its work.
@@ -89,12 +91,19 @@ pub fn layout(robot: &Robot) -> Result<Layout, ProbeRsError> {
 }
 
 /// Returns the content of the script's region of the flash for an image from `path`.
-pub fn script_section(layout: &Layout, path: &Path, image: &[u8]) -> Result<Vec<u8>, ProbeRsError> {
-    layout.script_section(image).ok_or_else(|| ProbeRsError::TooLong {
+pub fn script_section(
+    robot: &Robot,
+    path: &Path,
+    image: &[u8],
+) -> Result<Vec<u8>, Box<dyn Problem>> {
+    let layout = layout(robot)?;
+    let stored = fit::for_flash(image, robot).map_err(|cause| RefusedImage::new(path, cause))?;
+    let section = layout.script_section(&stored).ok_or_else(|| ProbeRsError::TooLong {
         path: path.to_owned(),
         bytes: image.len(),
         bytes_max: layout.most_script(),
-    })
+    })?;
+    Ok(section)
 }
 
 /// A call of probe-rs.

@@ -82,6 +82,11 @@ impl<P: Profile, E: Copy, const MESSAGES: usize> Assemblies<P, E, MESSAGES> {
         Assemblies { unused: MESSAGES.saturating_sub(messages) as u8, ..Self::new(nothing) }
     }
 
+    /// Returns true if no fragment of a message has arrived, and no content is to be taken.
+    pub fn is_unused(&self) -> bool {
+        self.taken == 0 && !self.is_assembling()
+    }
+
     /// Returns true if fragments of a message have arrived.
     pub fn is_assembling(&self) -> bool {
         self.places.iter().any(|place| place.present != 0)
@@ -279,6 +284,16 @@ impl<P: Profile, const MESSAGES: usize> Departures<P, MESSAGES> {
     /// Returns true if no message waits.
     pub fn is_empty(&self) -> bool {
         self.places.iter().all(|(length, _)| *length == 0)
+    }
+
+    /// Returns the sender and the latest place if no message waits.
+    pub fn empty_state(&self) -> Option<(u16, u8)> {
+        (self.is_empty() && self.sent == 0).then_some((self.robot, self.latest))
+    }
+
+    /// Gives a new list the state of another one.
+    pub fn resume(&mut self, (robot, latest): (u16, u8)) {
+        (self.robot, self.latest) = (robot, latest);
     }
 
     /// Returns true if some fragments of a message were sent, and others not.

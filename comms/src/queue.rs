@@ -6,6 +6,8 @@
 //! * An entry of a stigmergy replaces an older entry of the same key, and a beacon an older one of
 //!   the same robot.
 //! * A broadcast to be sent replaces one on the same topic from an earlier step.
+//! * A received broadcast on a topic to which the script does not listen has the lowest priority of
+//!   all, and replaces an earlier one of the same robot: it only shows that its sender is there.
 //! * If the queue is still full, it drops and counts the oldest frame of the lowest priority.
 //!
 //! Long messages have places of their own ([`crate::long`]): fragments are joined when they arrive
@@ -23,7 +25,9 @@ use core::hash::{Hash, Hasher};
 use core::marker::PhantomData;
 use core::ops::Deref;
 
-use bittybuzz_vm_core::message::{FRAGMENT, FRAGMENT_HEAD, FRAGMENTS_MAX, FrameKind, replaces};
+use bittybuzz_vm_core::message::{
+    FRAGMENT, FRAGMENT_HEAD, FRAGMENTS_MAX, FrameKind, Topics, replaces, topic_of,
+};
 use bittybuzz_vm_core::number::Profile;
 
 use crate::long::{Assemblies, Departures};
@@ -38,6 +42,19 @@ pub struct QueueCounters {
     /// Received long messages that were given up before they were complete, and fragments of
     /// messages for which there was no place.
     pub incomplete: u16,
+    /// Received broadcasts on topics to which the script does not listen.
+    pub unwanted: u16,
+}
+
+/// The state of an empty queue. A host stores it instead of the queue.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct EmptyQueue {
+    /// The counts of frames that were not passed on.
+    pub counters: QueueCounters,
+    is_by_age: bool,
+    frames_first: u8,
+    departures: (u16, u8),
+    kept_out: [u8; KEPT_OUT],
 }
 
 /// A frame, padded with zeros to the maximum length.
@@ -82,6 +99,9 @@ pub struct Inbox<
     queue: Queue<P, BYTES, FRAMES>,
     extras: [E; FRAMES],
     messages: Assemblies<P, E, MESSAGES>,
+    /// For the robots whose ids are i modulo [`KEPT_OUT`], the number of the long message that one of
+    /// them began last, if it is unwanted; else 0.
+    kept_out: [u8; KEPT_OUT],
 }
 
 /// What is to be sent: at most `FRAMES` frames of at most `BYTES` bytes, and at most `MESSAGES` long
@@ -99,7 +119,12 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
 {
     /// Returns an empty queue; `nothing` fills the link data of the free places.
     pub const fn new(nothing: E) -> Self {
-        Inbox { queue: Queue::EMPTY, extras: [nothing; FRAMES], messages: Assemblies::new(nothing) }
+        Inbox {
+            queue: Queue::EMPTY,
+            extras: [nothing; FRAMES],
+            messages: Assemblies::new(nothing),
+            kept_out: [0; KEPT_OUT],
+        }
     }
 
     /// Returns an empty queue for at most `frames` frames and `messages` long messages, fewer than
@@ -110,6 +135,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
             queue: Queue::with_room(frames),
             extras: [nothing; FRAMES],
             messages: Assemblies::with_room(nothing, messages),
+            kept_out: [0; KEPT_OUT],
         }
     }
 
@@ -135,6 +161,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
             self.extras.get(place).into_iter().for_each(|known| extra(known, hasher));
         });
         self.messages.hash_state(hasher, extra);
+        hasher.write(&self.kept_out);
     }
 
     /// Passes the waiting frames to `show`, oldest first, and then the fragments that have arrived,
@@ -144,6 +171,18 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
         self.messages.show::<BYTES>(show);
     }
 
+    /// Returns the state of the queue if it is empty. Only hosts call this function.
+    pub fn as_empty(&self) -> Option<EmptyQueue> {
+        let is_empty = self.queue.is_empty() && self.messages.is_unused();
+        is_empty.then(|| EmptyQueue { kept_out: self.kept_out, ..self.queue.empty_state() })
+    }
+
+    /// Gives a new queue the state of another one. Only hosts call this function.
+    pub fn resume(&mut self, state: EmptyQueue) {
+        self.queue.resume(state);
+        self.kept_out = state.kept_out;
+    }
+
     /// Returns true if fragments of a message have arrived. Only hosts call this function.
     pub fn is_assembling(&self) -> bool {
         self.messages.is_assembling()
@@ -151,9 +190,36 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
 
     /// Adds a received frame. If an equal frame already waits, `extra` replaces its link data.
     pub fn push(&mut self, frame: &[u8], extra: E) {
-        if is_fragment(frame) {
-            self.messages.push(frame, extra, &mut self.queue.counters);
-        } else if let Some(place) = self.queue.push(frame, false)
+        self.push_except(frame, extra, 0);
+    }
+
+    /// Adds a received frame as [`Inbox::push`] does. `unwanted` are the topics to which the script
+    /// does not listen.
+    ///
+    /// Of a long message on such a topic, the first fragment waits as a frame, and the others are
+    /// dropped.
+    pub fn push_except(&mut self, frame: &[u8], extra: E, unwanted: Topics) {
+        let is_unwanted = topic_of::<P>(frame) & unwanted != 0;
+        if let [first @ 0x10..=0x1f, rest @ ..] = frame {
+            let [robot, _, number] = *rest.first_chunk().unwrap_or(&[0; 3]);
+            let kept_out = &mut self.kept_out[usize::from(robot) % KEPT_OUT];
+            let is_first = first % FRAGMENTS_MAX == 0;
+            if is_first {
+                *kept_out = if is_unwanted { number } else { 0 };
+            }
+            if *kept_out != number || number == 0 {
+                return self.messages.push(frame, extra, &mut self.queue.counters);
+            }
+            if !is_first {
+                return;
+            }
+        }
+        let mut role = Role::Received;
+        if is_unwanted {
+            count(&mut self.queue.counters.unwanted);
+            role = Role::Unwanted;
+        }
+        if let Some(place) = self.queue.push(frame, role)
             && let Some(there) = self.extras.get_mut(place)
         {
             *there = extra;
@@ -237,6 +303,24 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
         self.messages.show::<BYTES>(show);
     }
 
+    /// Returns the state of the queue if it is empty. Only hosts call this function.
+    pub fn as_empty(&self) -> Option<EmptyQueue> {
+        let departures = self.messages.empty_state()?;
+        let state = || EmptyQueue {
+            departures,
+            frames_first: self.frames_first,
+            ..self.queue.empty_state()
+        };
+        self.queue.is_empty().then(state)
+    }
+
+    /// Gives a new queue the state of another one. Only hosts call this function.
+    pub fn resume(&mut self, state: EmptyQueue) {
+        self.queue.resume(state);
+        self.messages.resume(state.departures);
+        self.frames_first = state.frames_first;
+    }
+
     /// Marks the waiting broadcasts as stale at the beginning of a step: newer ones replace them.
     pub fn begin_step(&mut self) {
         for rank in &mut self.queue.ranks {
@@ -247,7 +331,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
 
     /// Adds a frame to be sent.
     pub fn push(&mut self, frame: &[u8]) {
-        self.queue.push(frame, true);
+        self.queue.push(frame, Role::Own);
     }
 
     /// Adds the content of a long message from that robot. Returns false if there is no room for it:
@@ -284,6 +368,16 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
     }
 }
 
+/// The role of a frame that is added to a queue.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Role {
+    Received,
+    /// A received broadcast on a topic to which the script does not listen.
+    Unwanted,
+    /// A frame to be sent.
+    Own,
+}
+
 /// Returns true for a fragment of a long message.
 #[inline(always)]
 fn is_fragment(frame: &[u8]) -> bool {
@@ -310,12 +404,15 @@ struct Queue<P, const BYTES: usize, const FRAMES: usize> {
     oldest: u8,
     /// The place of the next younger frame, or [`NOWHERE`], for each frame.
     younger: [u8; FRAMES],
-    /// The state of each place: [`FREE`], or the priority of the waiting [`FrameKind`] (0 is the
-    /// lowest) plus 1, with the bit [`STALE`] if the frame is from an earlier step.
+    /// The state of each place: [`FREE`], [`UNWANTED`], or the priority of the waiting [`FrameKind`]
+    /// (0 is the lowest) plus [`LOWEST_RANK`], with the bit [`STALE`] if the frame is from an earlier step.
     ranks: [u8; FRAMES],
     frames: [QueuedFrame<BYTES>; FRAMES],
     profile: PhantomData<P>,
 }
+
+/// The number of long messages that an inbox can keep out.
+const KEPT_OUT: usize = 4;
 
 /// The link to no frame.
 const NOWHERE: u8 = 0;
@@ -323,7 +420,9 @@ const NOWHERE: u8 = 0;
 const BY_AGE: u8 = 1 << 7;
 
 const FREE: u8 = 0;
-const HIGHEST_RANK: u8 = FrameKind::Broadcast as u8 + 1;
+const UNWANTED: u8 = 1;
+const LOWEST_RANK: u8 = 2;
+const HIGHEST_RANK: u8 = FrameKind::Broadcast as u8 + LOWEST_RANK;
 /// A bit in a rank: the frame is from an earlier step.
 const STALE: u8 = 1 << 7;
 
@@ -340,7 +439,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     const EMPTY: Self = {
         assert!(BYTES < 256 && FRAMES < BY_AGE as usize, "lengths and places are bytes");
         Queue {
-            counters: QueueCounters { dropped: 0, duplicates: 0, incomplete: 0 },
+            counters: QueueCounters { dropped: 0, duplicates: 0, incomplete: 0, unwanted: 0 },
             oldest: NOWHERE,
             younger: [NOWHERE; FRAMES],
             ranks: [FREE; FRAMES],
@@ -359,6 +458,16 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
 
     fn is_empty(&self) -> bool {
         self.oldest() == NOWHERE
+    }
+
+    fn empty_state(&self) -> EmptyQueue {
+        let is_by_age = self.oldest & BY_AGE != 0;
+        EmptyQueue { counters: self.counters, is_by_age, ..EmptyQueue::default() }
+    }
+
+    fn resume(&mut self, state: EmptyQueue) {
+        self.counters = state.counters;
+        self.oldest = if state.is_by_age { NOWHERE | BY_AGE } else { NOWHERE };
     }
 
     fn len(&self) -> usize {
@@ -435,16 +544,20 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     ///
     /// Replaced frames are removed. The oldest of them leaves its position in the list to the new
     /// frame; otherwise an entry that changes all the time would always stay last.
-    fn push(&mut self, frame: &[u8], is_own: bool) -> Option<usize> {
+    fn push(&mut self, frame: &[u8], role: Role) -> Option<usize> {
         let kind = frame.first().and_then(|first| FrameKind::of(*first));
         let (Some(kind), true) = (kind, frame.len() <= BYTES) else {
             count(&mut self.counters.dropped);
             return None;
         };
         let is_beacon = matches!(kind, FrameKind::Beacon | FrameKind::Digest);
-        let new_rank = if is_own && is_beacon { HIGHEST_RANK } else { kind as u8 + 1 };
+        let new_rank = match role {
+            Role::Own if is_beacon => HIGHEST_RANK,
+            Role::Unwanted => UNWANTED,
+            _ => kind as u8 + LOWEST_RANK,
+        };
         // Broadcasts replace only stale frames, and an inbox has none.
-        let replaces_none = kind == FrameKind::Broadcast && !is_own;
+        let replaces_none = kind == FrameKind::Broadcast && role != Role::Own;
         let robot = frame.get(ROBOT);
         let (suits, older, mut place, mut youngest) = 'search: loop {
             // The fitness of the best place, the next older frame, and the place.
@@ -454,9 +567,12 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
                 let rank = self.ranks.get(index(place)).copied().unwrap_or(FREE);
                 let is_stale = rank & STALE != 0;
                 let mut suits = OF_NO_RANK - (rank & !STALE);
-                if waiting.get(ROBOT) == robot && waiting.iter().eq(frame) {
+                let is_of_robot = waiting.get(ROBOT) == robot;
+                if is_of_robot && waiting.iter().eq(frame) {
                     suits = SAME;
-                } else if !replaces_none && replaces::<P>(kind, frame, waiting, is_stale) {
+                } else if is_of_robot && (rank | new_rank) == UNWANTED
+                    || !replaces_none && replaces::<P>(kind, frame, waiting, is_stale)
+                {
                     suits = REPLACED;
                 }
                 if suits >= REPLACED && best.0 >= REPLACED {

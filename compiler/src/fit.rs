@@ -4,6 +4,7 @@
 mod code;
 mod stack;
 
+use std::borrow::Cow;
 use std::fmt;
 
 use bittybuzz_robot_spec::{NumberProfile, Robot};
@@ -12,16 +13,13 @@ use bittybuzz_vm_core::image::{BESIDE_GLOBALS, ImageHeader};
 use bittybuzz_vm_core::number::{self, Full, Tiny};
 use bittybuzz_vm_core::opcode::{self, Operand};
 use bittybuzz_vm_core::seal;
-use bittybuzz_vm_core::{Image, ImageError, Part, Parts, Sizes, Vm, features};
+use bittybuzz_vm_core::{Image, ImageError, Part, Parts, SLOTS_MAX, Sizes, Vm, features};
 
 use code::DecodedInstruction;
 pub use stack::CallPath;
 
 /// Bytes per row of the library table.
 const ROW: usize = 4;
-
-/// The maximum number of slots of a machine.
-const SLOTS_MAX: usize = 65_520;
 
 type Machine<'a, P> = Box<Vm<P, &'a [u8], SLOTS_MAX>>;
 
@@ -273,21 +271,20 @@ pub fn sealed(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
     }
 }
 
+/// Returns the bytes of an image as the script region of that robot holds them: with a seal if the
+/// robot file says `script_sealed`. Fails with the reason why the robot would refuse a sealed image.
+pub fn for_flash<'a>(image: &'a [u8], robot: &Robot) -> Result<Cow<'a, [u8]>, ImageError> {
+    match robot.layout {
+        Some(layout) if layout.script_sealed => sealed(image, robot).map(Cow::Owned),
+        _ => Ok(Cow::Borrowed(image)),
+    }
+}
+
 fn sealed_for<P: number::Profile>(image: &[u8], robot: &Robot) -> Result<Vec<u8>, ImageError> {
-    let vm = robot.vm;
     let functions: Vec<u16> = robot.functions.iter().map(|function| function.hash()).collect();
     let left_out = if robot.vm.maths { 0 } else { Feature::Maths as u8 };
-    let offered = seal::robot::<P>(
-        features::<P>() & !left_out,
-        Sizes {
-            neighbors: vm.neighbors as u8,
-            bearings: vm.bearings,
-            entries: vm.stigmergy_entries as u8,
-            swarms: vm.swarms as u8,
-        },
-        robot.parts,
-        &functions,
-    );
+    let offered =
+        seal::robot::<P>(features::<P>() & !left_out, robot.sizes(), robot.parts, &functions);
     let seal = load::<P>(image, robot)?.seal(offered).ok_or(ImageError::Seal)?;
     Ok([image, &seal].concat())
 }

@@ -70,6 +70,9 @@ pub fn help(cause: &ImageError) -> Option<String> {
         }
         ImageError::TooManyGlobals(_) => "use local variables, or keep values in a table",
         ImageError::TooManyJumps(_) => "split the function, or build for a robot with more memory",
+        ImageError::Seal => {
+            "`bbz flash` seals it; if the robot still refuses it, build the firmware of the robot again"
+        }
         _ => "build it again from its script with this `bbz`",
     };
     Some(help.to_owned())
@@ -123,5 +126,11 @@ mod tests {
         let help = |bits| help(&ImageError::Features(bits)).expect("there is advice");
         assert!(help(0x80).contains("firmware"));
         assert_eq!(help(0x90), "leave it out of the script");
+    }
+
+    #[test]
+    fn an_image_without_a_seal_is_flashed_again() {
+        let help = help(&ImageError::Seal).expect("there is advice");
+        assert!(help.starts_with("`bbz flash` seals it"), "{help}");
     }
 }

@@ -64,6 +64,8 @@ pub enum QueuedMessage<V> {
         robot: u16,
         /// The sum over the sender's entries.
         digest: u32,
+        /// The latest clock of a deletion that the sender has forgotten.
+        floor: u32,
     },
     /// The swarms that a robot knows.
     Swarms {
@@ -121,8 +123,8 @@ impl<V> QueuedMessage<V> {
                 value: convert(value),
             },
             QueuedMessage::Beacon { robot } => QueuedMessage::Beacon { robot: *robot },
-            QueuedMessage::Digest { robot, digest } => {
-                QueuedMessage::Digest { robot: *robot, digest: *digest }
+            QueuedMessage::Digest { robot, digest, floor } => {
+                QueuedMessage::Digest { robot: *robot, digest: *digest, floor: *floor }
             }
             QueuedMessage::Swarms { robot, swarms } => {
                 QueuedMessage::Swarms { robot: *robot, swarms: swarms.clone() }
@@ -157,7 +159,9 @@ fn message<P: Profile, C: ByteCode, const SLOTS: usize>(
             value: reader.value(entry.value),
         },
         Ok(Message::Beacon { robot }) => QueuedMessage::Beacon { robot },
-        Ok(Message::Digest { robot, digest }) => QueuedMessage::Digest { robot, digest },
+        Ok(Message::Digest { robot, digest, floor }) => {
+            QueuedMessage::Digest { robot, digest, floor }
+        }
         Ok(Message::Swarms { robot, swarms }) => {
             QueuedMessage::Swarms { robot, swarms: swarms.iter().collect() }
         }

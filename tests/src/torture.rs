@@ -84,6 +84,24 @@ impl<P: Profile, const SLOTS: usize> Case<'_, '_, P, SLOTS> {
             ("a collection at every allocation", Settings { torture, ..self.unlimited }),
             ("both", Settings { torture, ..looked_at }),
         ];
+        self.pauses()?;
+        ways.iter().try_for_each(|(way, settings)| self.run_the_same(way, settings))
+    }
+
+    /// Collections that stop and go on between slices. Each pause counts as a slice.
+    fn pauses(&mut self) -> Result<(), String> {
+        let torture = Torture { pauses_collections: true, ..Torture::default() };
+        let always = Torture { collect_always: true, ..torture };
+        let paused = Settings { torture, most: 100 * self.unlimited.most, ..self.unlimited };
+        let ways = [
+            ("pauses", Settings { budget: 7, ..paused }),
+            ("pauses after every allocation", Settings { torture: always, budget: 500, ..paused }),
+            ("pauses after every step", Settings { torture: always, budget: 1, ..paused }),
+            (
+                "memory looked at in pauses",
+                Settings { torture: always, budget: 5, audit: true, ..paused },
+            ),
+        ];
         ways.iter().try_for_each(|(way, settings)| self.run_the_same(way, settings))
     }
 
@@ -113,6 +131,21 @@ impl<P: Profile, const SLOTS: usize> Case<'_, '_, P, SLOTS> {
                 same(&self.expected, &trace)
             }
             .map_err(|problem| format!("{enough} slots, budget {budget}: {problem}"))?;
+        }
+        let torture = Torture { pauses_collections: true, ..Torture::default() };
+        let most = 100 * self.unlimited.most;
+        for budget in [1, 50] {
+            let settings = Settings { slots: enough, budget, torture, most, ..self.unlimited };
+            let trace = self.run(&settings);
+            // Collections come at other times, so memory is used in another way.
+            out_of_memory(&self.expected, &trace)
+                .or_else(|_| same(&self.expected, &trace))
+                .map_err(|problem| format!("{enough} slots, pauses, budget {budget}: {problem}"))?;
+            let slots = (2 * enough + 64).min(SLOTS);
+            self.run_the_same(
+                &format!("twice {enough} slots, pauses"),
+                &Settings { slots, ..settings },
+            )?;
         }
         // A little more need not be enough, as garbage then lies in other places; twice as much is.
         let settings = Settings { slots: (2 * enough + 64).min(SLOTS), ..self.unlimited };

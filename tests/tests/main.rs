@@ -13,6 +13,7 @@ mod language;
 mod lessons;
 mod malformed;
 mod memory;
+mod pauses;
 mod protocol;
 mod random_programs;
 mod scenarios;

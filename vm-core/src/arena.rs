@@ -11,23 +11,33 @@
 
 #[cfg(feature = "torture")]
 use core::cell::Cell;
+use core::marker::PhantomData;
 use core::num::NonZeroUsize;
 
-use crate::heap::NoCell;
+use crate::heap::{CollectionState, NoCell};
 use crate::number::Profile;
 use crate::number::wide::IS_WIDE;
 use crate::slots::Slots;
+#[cfg(test)]
+use crate::slots::Stored;
 use crate::value::{Tag, Value};
 
 /// The number of slots of a heap cell: a header and six others.
 pub(crate) const CELL: usize = 7;
 
+/// The largest number of slots of a machine: slots are numbered in 16 bits, and numbers from 0xfff0
+/// on stand for no slot.
+pub const SLOTS_MAX: usize = 0xfff0;
+
+/// A larger memory may be collected before its heap has grown by a quarter of it.
+const LARGE: usize = 4096;
+
 /// The memory of a script, see the module. The slots come last, so that the AVR reaches the other
 /// fields with short instructions.
 #[repr(C)]
 #[derive(Clone)]
-pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
-    /// The number of slots in use, at most `SLOTS`.
+pub(crate) struct Arena<P: Profile, S> {
+    /// The number of slots in use, at most those that are stored.
     top: u16,
     /// The lowest cell that is in use or in the list of free cells; `top` if there is none.
     pub(crate) bottom: u16,
@@ -45,17 +55,27 @@ pub(crate) struct Arena<P: Profile, const SLOTS: usize> {
     pub(crate) pressed: bool,
     /// True if a cell was taken since the last collection.
     pub(crate) allocated: bool,
+    /// The collection that is running, on a machine that [`Arena::PAUSES`].
+    pub(crate) collection: P::Collection,
     /// The number of accesses to slots, without those of the collector. It measures time in a way
     /// that is the same on every host.
     #[cfg(feature = "torture")]
     accesses: Cell<u64>,
-    pub(crate) slots: P::Slots<SLOTS>,
+    /// The number of steps of collections that pause.
+    #[cfg(feature = "torture")]
+    pub(crate) steps: u64,
+    pub(crate) slots: S,
+    pub(crate) profile: PhantomData<P>,
 }
 
-impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
+/// An arena with `N` slots of its own.
+#[cfg(test)]
+pub(crate) type TestArena<P, const N: usize> = Arena<P, <P as Stored>::Slots<N>>;
+
+impl<P: Profile, S: Slots<P>> Arena<P, S> {
     /// Returns an arena, of all zeros, which has no slots before [`Arena::reset`].
     pub(crate) const fn new() -> Self {
-        const { assert!(SLOTS <= 0xfff0, "slots are numbered in 16 bits") }
+        const { assert!(S::COUNT <= SLOTS_MAX, "slots are numbered in 16 bits") }
         Arena {
             top: 0,
             bottom: 0,
@@ -64,42 +84,53 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             floor: 0,
             pressed: false,
             allocated: false,
+            collection: P::Collection::NONE,
             #[cfg(feature = "torture")]
             accesses: Cell::new(0),
-            slots: P::Slots::EMPTY,
+            #[cfg(feature = "torture")]
+            steps: 0,
+            slots: S::EMPTY,
+            profile: PhantomData,
         }
     }
 
     /// Returns an arena with all slots in use.
     #[cfg(test)]
     pub(crate) fn full() -> Self {
-        Arena { top: SLOTS as u16, bottom: SLOTS as u16, ..Self::new() }
+        Arena { top: S::COUNT as u16, bottom: S::COUNT as u16, ..Self::new() }
     }
 
     /// Forgets everything and uses only the first `slots` slots, or all if there are fewer.
     #[one_copy]
     pub(crate) fn reset(&mut self, slots: usize) {
-        self.top = slots.min(SLOTS) as u16;
+        self.top = slots.min(S::COUNT) as u16;
         self.bottom = self.top;
         self.free = 0;
         self.reserved = 0;
         self.set_floor(0);
         self.pressed = false;
         self.allocated = false;
+        self.collection = P::Collection::NONE;
+        self.plan(0);
         self.fill(0, self.top as usize);
     }
 
     /// Sets the limit for the growth of the heap: a quarter of the memory more than the slots
-    /// `in_use`.
+    /// `in_use`. With a large memory it is as many more as are in use, since garbage would take
+    /// memory of the host for nothing.
     pub(crate) fn set_floor(&mut self, in_use: usize) {
-        let room = in_use + self.top() / 4;
+        let mut growth = self.top() / 4;
+        if S::COUNT > LARGE {
+            growth = growth.min(in_use.max(LARGE / 4));
+        }
+        let room = in_use + growth;
         self.floor = self.top().saturating_sub(room) as u16;
     }
 
     /// Sets slots `from..to` to nil.
     #[one_copy]
     pub(crate) fn fill(&mut self, from: usize, to: usize) {
-        for at in from..to.min(SLOTS) {
+        for at in from..to.min(S::COUNT) {
             self.set_fast(at, Value::nil());
         }
     }
@@ -108,6 +139,14 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     fn count_access(&self) {
         #[cfg(feature = "torture")]
         self.accesses.set(self.accesses.get() + 1);
+    }
+
+    #[hot]
+    pub(crate) fn count_step(&mut self) {
+        #[cfg(feature = "torture")]
+        {
+            self.steps += 1;
+        }
     }
 
     /// Returns the number of accesses to slots.
@@ -133,7 +172,9 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Returns slots `at` and `at + 1`, with one check for both.
     #[hot]
     pub(crate) fn pair_fast(&self, at: usize) -> [Value<P>; 2] {
-        if SLOTS.is_power_of_two() && !cfg!(target_arch = "avr") || at < SLOTS.saturating_sub(1) {
+        if S::COUNT.is_power_of_two() && !cfg!(target_arch = "avr")
+            || at < S::COUNT.saturating_sub(1)
+        {
             [self.get_fast(at), self.get_fast(at + 1)]
         } else {
             [Value::nil(); 2]
@@ -222,6 +263,7 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             self.bottom = cell;
         }
         self.allocated = true;
+        self.count_cell();
         let cell = usize::from(cell);
         if IS_WIDE && !cfg!(feature = "torture") {
             self.slots.clear_cell(cell);

@@ -3,6 +3,7 @@
 use crate::network::Sizes;
 use crate::number::Profile;
 use crate::part::{Part, Parts};
+use crate::slots::Slots;
 
 /// Read-only bytes: an image in memory or in flash.
 ///
@@ -10,6 +11,10 @@ use crate::part::{Part, Parts};
 /// copy is in RAM. A value of this type usually takes no memory or two words, and is passed by
 /// value.
 pub trait ByteCode: Copy {
+    /// The memory of the machine that runs this image: `P::Slots<SLOTS>`, an array in the machine,
+    /// or a storage of the host.
+    type Slots<P: Profile, const SLOTS: usize>: Slots<P>;
+
     /// The parts of the machine that runs this image. Firmware with little flash leaves out those
     /// that its scripts do not use.
     const PARTS: Parts = Parts::ALL;
@@ -53,6 +58,8 @@ pub trait ByteCode: Copy {
 }
 
 impl ByteCode for &[u8] {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     #[hot]
     fn len(&self) -> usize {
         <[u8]>::len(self)
@@ -76,6 +83,14 @@ impl ByteCode for &[u8] {
     }
 }
 
+/// Returns the greatest length of an image in a [`FlashArea`] of that size; 0 if there is none.
+pub const fn longest_image(area: usize) -> usize {
+    match area.saturating_sub(2).checked_ilog2() {
+        Some(log) => 1 << log,
+        None => 0,
+    }
+}
+
 /// An image at the start of an area of fixed size, such as a region of flash. Reading needs no
 /// check, because positions beyond the area wrap around. The image may fill the largest power of
 /// two that leaves two bytes of the area.
@@ -89,7 +104,7 @@ impl<'a, const BYTES: usize> FlashArea<'a, BYTES> {
     /// The greatest length of the image, in bytes.
     pub const LENGTH_MAX: usize = {
         assert!(BYTES > 2);
-        1 << (BYTES - 2).ilog2()
+        longest_image(BYTES)
     };
 
     /// Returns the image of that length; `None` if it is longer than [`FlashArea::LENGTH_MAX`].
@@ -109,6 +124,8 @@ impl<'a, const BYTES: usize> FlashArea<'a, BYTES> {
 }
 
 impl<const BYTES: usize> ByteCode for FlashArea<'_, BYTES> {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     #[hot]
     fn len(&self) -> usize {
         self.length

@@ -39,7 +39,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-// All modules use its attributes `#[hot]` and `#[one_copy]`.
+// All modules use its attributes `#[hot]`, `#[warm]` and `#[one_copy]`.
 #[macro_use]
 extern crate bittybuzz_vm_tuning;
 
@@ -70,14 +70,16 @@ mod torture;
 mod value;
 mod verify;
 
-pub use bytecode::{ByteCode, FlashArea};
+pub use arena::SLOTS_MAX;
+pub use bytecode::{ByteCode, FlashArea, longest_image};
 pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Argument, Axis, CallArguments, Host, Reply, Text};
 pub use image::{Entry, Image, ImageError};
 pub use machine::{Callee, Calls, GLOBALS, Instruction, Outcome, Vm};
-pub use network::{Buffer, NetworkCounters, Periods, Sighting, Sizes};
+pub use network::{Buffer, ENTRIES_MAX, NetworkCounters, Periods, Places, Sighting, Sizes};
 pub use part::{Part, Parts};
 pub use restart::Restarts;
+pub use slots::Slots;
 #[cfg(feature = "torture")]
 pub use torture::{CountedCode, Torture};
 pub use value::{Type, Value, class};

@@ -2,9 +2,30 @@
 //! knowledge of a sender, the periods of sending, and the counters of frames that were not used.
 //! The network itself is a part of the machine.
 
+use crate::arena::SLOTS_MAX;
 use crate::message::FRAGMENTS_MAX;
 use crate::number::Profile;
+use crate::number::wide::IS_WIDE;
 use crate::value::{Tag, Value};
+
+/// A number of entries of stigmergies, or of the place of one. Chips with little memory, which are
+/// those whose instructions cannot exchange a word of memory in one go, count them in bytes.
+#[cfg(any(target_arch = "avr", not(target_has_atomic = "32")))]
+pub type Places = u8;
+/// A number of entries of stigmergies, or of the place of one.
+#[cfg(not(any(target_arch = "avr", not(target_has_atomic = "32"))))]
+pub type Places = u16;
+
+/// True if a machine may have more entries than stigmergies. It is a constant, so that chips with
+/// little memory have no code for it.
+const HAS_MANY_PLACES: bool = size_of::<Places>() > 1;
+
+/// The largest number of entries of all stigmergies together.
+pub const ENTRIES_MAX: Places =
+    if HAS_MANY_PLACES { (SLOTS_MAX / (ENTRY + 2)) as Places } else { STIGMERGIES_MAX as Places };
+
+/// The largest number of stigmergies.
+pub const STIGMERGIES_MAX: u8 = 100;
 
 /// The memory of a machine for other robots. The size 0 leaves a part out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -13,9 +34,9 @@ pub struct Sizes {
     pub neighbors: u8,
     /// True if the link measures the direction of a neighbor. Else azimuth and elevation are 0.0.
     pub bearings: bool,
-    /// The greatest number of entries of all stigmergies together, and also of stigmergies; at most
-    /// 100.
-    pub entries: u8,
+    /// The greatest number of entries of all stigmergies together, at most [`ENTRIES_MAX`], and also
+    /// of stigmergies, which have a limit of their own.
+    pub entries: Places,
     /// The number of swarms that the script can create; at most 8.
     pub swarms: u8,
 }
@@ -29,15 +50,37 @@ impl Sizes {
 
     /// Returns the sizes limited to the numbers that the slots can represent.
     pub(crate) fn clamped(self) -> Sizes {
-        Sizes { entries: self.entries.min(100), swarms: self.swarms.min(8), ..self }
+        Sizes { entries: self.entries.min(ENTRIES_MAX), swarms: self.swarms.min(8), ..self }
     }
 
     /// Returns the number of slots of the arena that the network takes.
     pub const fn slots(&self) -> usize {
-        // There is a slot for a stigmergy next to each entry.
-        self.entries as usize * (ENTRY + 1)
+        self.entries as usize * ENTRY
+            + self.stigmergies() as usize
             + self.swarms as usize
             + self.neighbors as usize * self.neighbor()
+            + if self.have_index() { self.chains() + self.entries as usize } else { 0 }
+    }
+
+    /// Returns the greatest number of stigmergies. Each has a slot after those of the entries.
+    #[allow(clippy::unnecessary_cast, reason = "places are bytes on some chips")]
+    pub const fn stigmergies(&self) -> u8 {
+        if HAS_MANY_PLACES && self.entries > STIGMERGIES_MAX as Places {
+            STIGMERGIES_MAX
+        } else {
+            self.entries as u8
+        }
+    }
+
+    /// Returns true if an index finds the entries. With few entries it takes less time to search
+    /// all, and no chip has more.
+    pub(crate) const fn have_index(&self) -> bool {
+        IS_WIDE && self.entries as usize > 255
+    }
+
+    /// Returns the number of chains of the index.
+    pub(crate) const fn chains(&self) -> usize {
+        self.entries as usize / 4
     }
 
     /// Returns the number of slots of a neighbor: robot and distance, and with bearings also

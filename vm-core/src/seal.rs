@@ -15,8 +15,8 @@
 //!
 //! # Layout
 //! A sealed image consists of the image, the numbers of its header as 16-bit words (see
-//! [`ImageHeader`]), and the CRC over the robot's [offer](robot), the number of its slots, and all bytes
-//! before.
+//! [`ImageHeader`]), and the complement of the CRC over the robot's [offer](robot), the number of its
+//! slots, and all bytes before. The CRC itself would also be found in an image with a zero after it.
 
 use crate::bytecode::ByteCode;
 use crate::image::{ImageError, ImageHeader, VERSION, Verified, WORDS};
@@ -73,7 +73,7 @@ impl<C: ByteCode> SealedImage<C> {
         for at in 0..end {
             check = crc16(check, self.code.byte(at));
         }
-        if check != self.code.word(end) {
+        if !check != self.code.word(end) {
             return Err(ImageError::Seal);
         }
         header.read_words(&self.code, words_at);
@@ -95,7 +95,7 @@ impl<C: ByteCode> Verified<'_, C> {
             [seal[at], seal[at + 1]] = number.to_le_bytes();
             at += 2;
         }
-        [seal[at], seal[at + 1]] = check.to_le_bytes();
+        [seal[at], seal[at + 1]] = (!check).to_le_bytes();
         seal
     }
 }

@@ -153,7 +153,12 @@ impl Pair<Full> for Long {
 
 /// An array of slots. Verified code and the machine itself never access a slot beyond its end. Such
 /// a slot reads as an arbitrary value, and writing it has no effect.
+///
+/// A host may store slots in a way of its own, see [`ByteCode::Slots`](crate::ByteCode::Slots).
+/// Such a storage has only [`Slots::get`] and [`Slots::set`] to implement, by [`Value::parts`].
 pub trait Slots<P: Profile>: Clone {
+    /// The number of slots.
+    const COUNT: usize;
     /// All nil, which is all zeros.
     const EMPTY: Self;
 
@@ -162,15 +167,42 @@ pub trait Slots<P: Profile>: Clone {
     /// Writes slot `at`.
     fn set(&mut self, at: usize, value: Value<P>);
     /// Returns the payload of slot `at` as an index.
-    fn index_at(&self, at: usize) -> usize;
+    #[hot]
+    fn index_at(&self, at: usize) -> usize {
+        self.get(at).index()
+    }
     /// Puts an index into slot `at` without changing its tag.
-    fn set_index(&mut self, at: usize, index: usize);
+    #[hot]
+    fn set_index(&mut self, at: usize, index: usize) {
+        self.set(at, Value::indexed(self.get(at).tag(), index as u16));
+    }
     /// Returns the tag of slot `at`.
-    fn tag_at(&self, at: usize) -> Tag;
+    #[hot]
+    fn tag_at(&self, at: usize) -> Tag {
+        self.get(at).tag()
+    }
     /// Puts a tag on slot `at` without changing its payload.
-    fn set_tag(&mut self, at: usize, tag: Tag);
+    #[hot]
+    fn set_tag(&mut self, at: usize, tag: Tag) {
+        self.set(at, Value::new(tag, self.get(at).raw()));
+    }
     /// Sets the slots of the cell at `at` to nil, with a few wide instructions, for computers.
-    fn clear_cell(&mut self, at: usize);
+    fn clear_cell(&mut self, at: usize) {
+        for slot in at..at.wrapping_add(CELL) {
+            self.set(slot, Value::NIL);
+        }
+    }
+
+    /// Returns the first slot in `from..end` whose tag has the bit of references to the heap; `end`
+    /// if there is none.
+    #[hot]
+    fn next_on_heap(&self, from: usize, end: usize) -> usize {
+        let mut at = from;
+        while at < end && self.tag_at(at).byte() & Tag::HEAP_BIT == 0 {
+            at += 1;
+        }
+        at
+    }
 }
 
 impl Stored for Full {
@@ -215,6 +247,7 @@ impl<P: Profile, const N: usize> Split<P, N> {
 
 #[cfg(not(target_pointer_width = "64"))]
 impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
+    const COUNT: usize = N;
     const EMPTY: Self = Split { tags: [Tag::NIL; N], payloads: [P::ZERO; N] };
 
     #[hot]
@@ -262,6 +295,14 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     }
 
     #[hot]
+    fn next_on_heap(&self, from: usize, end: usize) -> usize {
+        // One check of the bounds for all of them.
+        let tags = self.tags.get(from..end).unwrap_or(&[]);
+        let found = tags.iter().position(|tag| tag.byte() & Tag::HEAP_BIT != 0);
+        found.map_or(end, |offset| from + offset)
+    }
+
+    #[hot]
     fn clear_cell(&mut self, at: usize) {
         let tags = self.tags.get_mut(at..).and_then(<[_]>::first_chunk_mut);
         let payloads = self.payloads.get_mut(at..).and_then(<[_]>::first_chunk_mut);
@@ -288,6 +329,7 @@ impl<P: Profile, const N: usize> Joined<P, N> {
 
 #[cfg(not(target_arch = "avr"))]
 impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
+    const COUNT: usize = N;
     const EMPTY: Self = Joined([Value::NIL; N]);
 
     #[hot]
@@ -306,20 +348,10 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
     }
 
     #[hot]
-    fn index_at(&self, at: usize) -> usize {
-        self.get(at).index()
-    }
-
-    #[hot]
     fn set_index(&mut self, at: usize, index: usize) {
         if let Some(slot) = self.0.get_mut(Self::place(at)) {
             *slot = Value::indexed(slot.tag(), index as u16);
         }
-    }
-
-    #[hot]
-    fn tag_at(&self, at: usize) -> Tag {
-        self.get(at).tag()
     }
 
     #[hot]

@@ -31,6 +31,7 @@ pub struct Stamp<P: Profile> {
 }
 
 /// Returns the clock after this one.
+#[one_copy]
 pub fn next(clock: u32) -> u32 {
     if clock < CLOCK_MAX { clock + 1 } else { 1 }
 }

@@ -3,6 +3,7 @@
 use core::cell::Cell;
 
 use crate::bytecode::ByteCode;
+use crate::number::Profile;
 
 /// An image that counts the reads of its bytes. With [`Vm::accesses`](crate::Vm::accesses) the
 /// count measures the work of an instruction, the same on every host.
@@ -20,6 +21,8 @@ impl<'a> CountedCode<'a> {
 }
 
 impl ByteCode for CountedCode<'_> {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     fn len(&self) -> usize {
         self.bytes.len()
     }
@@ -35,6 +38,10 @@ impl ByteCode for CountedCode<'_> {
 pub struct Torture {
     /// Every allocation collects first.
     pub collect_always: bool,
+    /// Collections stop and go on between slices, as on chips with much memory. The machine must
+    /// not be inspected then while one is running. Together with `collect_always`, one begins before
+    /// each instruction after an allocation.
+    pub pauses_collections: bool,
     /// The allocation of that number, counted from 0, fails.
     pub fail_at: Option<u32>,
     /// The number of allocations so far.
@@ -44,7 +51,7 @@ pub struct Torture {
 impl Torture {
     /// No failures, which is the default.
     pub(crate) const NONE: Torture =
-        Torture { collect_always: false, fail_at: None, allocations: 0 };
+        Torture { collect_always: false, pauses_collections: false, fail_at: None, allocations: 0 };
 
     /// Counts an allocation and returns true if it must fail.
     pub(crate) fn refuses(&mut self) -> bool {

@@ -169,6 +169,18 @@ impl<P: Profile> Value<P> {
         Self::new(Tag::of(number), raw)
     }
 
+    /// Returns the tag and the payload as numbers, which are both 0 for nil.
+    #[hot]
+    pub fn parts(self) -> (u8, u32) {
+        (self.tag().byte(), P::int_to_i32(self.raw()) as u32)
+    }
+
+    /// Returns the slot of which [`Value::parts`] returned these numbers.
+    #[hot]
+    pub fn from_parts(tag: u8, payload: u32) -> Self {
+        Self::new(Tag::of(tag), P::int_from_i32(payload as i32))
+    }
+
     /// nil
     #[hot]
     pub fn nil() -> Self {

@@ -49,6 +49,7 @@ use crate::number::Profile;
 use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::part::{Part, Parts};
 use crate::rom::{BuiltinFlags, Effect};
+use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
 /// Returns the bits of [`Feature`] that a machine with all [parts](Part) offers in a profile.
@@ -109,9 +110,9 @@ impl<C: ByteCode> Verified<'_, C> {
     /// Checks every byte that the machine will rely on. `is_robot_function` returns true if the
     /// robot has a function with that name hash.
     #[one_copy]
-    pub(crate) fn verify<P: Profile, const SLOTS: usize>(
+    pub(crate) fn verify<P: Profile, S: Slots<P>>(
         self,
-        scratch: &mut Arena<P, SLOTS>,
+        scratch: &mut Arena<P, S>,
         offered: u8,
         is_robot_function: impl Fn(u16) -> bool,
     ) -> Result<(), ImageError> {
@@ -278,12 +279,12 @@ impl<C: ByteCode> Verified<'_, C> {
     /// Checks the code of the function from `start` to `end`. It is inlined into its only caller,
     /// which saves a prologue.
     #[hot]
-    fn pass<P: Profile, const SLOTS: usize>(
+    fn pass<P: Profile, S: Slots<P>>(
         self,
         offered: u8,
         start: usize,
         end: usize,
-        memory: &mut Arena<P, SLOTS>,
+        memory: &mut Arena<P, S>,
     ) -> Result<(), ImageError> {
         let code = &self.code;
         let head = code.byte(start);

@@ -182,7 +182,7 @@ const ROBOTS: [Robot; 3] = [
         title: "Crazyflie",
         target: "thumbv7em-full",
         mhz: 168,
-        limit_us: 110,
+        limit_us: 450,
     },
 ];
 

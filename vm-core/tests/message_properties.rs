@@ -250,15 +250,18 @@ proptest! {
     fn other_messages_round_trip(
         robot: u16, ids in prop::collection::vec(any::<(u16, bool)>(), 1..=4), number: u8,
         index in 0..8_u8, last: bool, content in prop::collection::vec(any::<u8>(), 1..50),
-        bits in 1..=0xffff_u32, digest in 0..1_u32 << 24,
+        bits in 1..=0xffff_u32, digest in 0..1_u32 << 24, floor in 0..=CLOCK_MAX,
     ) {
         comes_back(&TinyMessage::Beacon { robot });
         is_foreign(&TinyMessage::Beacon { robot }, bits);
         is_foreign(&TinyMessage::Beacon { robot }, bits << 16);
-        comes_back(&TinyMessage::Digest { robot, digest });
-        is_foreign(&TinyMessage::Digest { robot, digest }, bits);
-        is_foreign(&TinyMessage::Digest { robot, digest }, bits << 16);
-        prop_assert_eq!(sealed(&TinyMessage::Digest { robot, digest: digest | 1 << 24 }), None);
+        comes_back(&TinyMessage::Digest { robot, digest, floor });
+        is_foreign(&TinyMessage::Digest { robot, digest, floor }, 1 + bits % 0xff);
+        is_foreign(&TinyMessage::Digest { robot, digest, floor }, (1 + bits % 3) << 30);
+        let beyond = TinyMessage::Digest { robot, digest: digest | 1 << 24, floor };
+        prop_assert_eq!(sealed(&beyond), None);
+        let beyond = TinyMessage::Digest { robot, digest, floor: CLOCK_MAX + 1 + floor };
+        prop_assert_eq!(sealed(&beyond), None);
         let mut swarms = Swarms::default();
         prop_assert!(ids.iter().all(|(id, joined)| swarms.push(*id, *joined)));
         prop_assert!(swarms.iter().eq(ids.iter().copied()));

@@ -87,6 +87,16 @@ fn truncated_and_empty_seals_are_refused() {
     assert_eq!(load(&image(), ROBOT), Err(ImageError::Seal), "an image that nobody has sealed");
 }
 
+/// A CRC over bytes and their CRC is 0, so a zero after them changes nothing; a complement does.
+#[test]
+fn a_seal_with_a_byte_after_it_is_refused() {
+    let good = sealed();
+    for after in 0..=u8::MAX {
+        let bytes = [&good[..], &[after]].concat();
+        assert_eq!(load(&bytes, ROBOT), Err(ImageError::Seal), "{after:x}");
+    }
+}
+
 #[test]
 fn a_seal_is_valid_for_one_kind_of_robot() {
     let good = sealed();

@@ -104,7 +104,7 @@ fn written<P: Profile>(text: &str) -> Vec<u8> {
         "beacon" => Message::Beacon { robot: words.named("robot") as u16 },
         "digest" => {
             let robot = words.named("robot") as u16;
-            Message::Digest { robot, digest: words.named("sum") }
+            Message::Digest { robot, digest: words.named("sum"), floor: words.named("floor") }
         }
         "swarms" => {
             let robot = words.named("robot") as u16;
@@ -144,7 +144,9 @@ fn read<P: Profile>(frame: &[u8]) -> String {
             shown(value)
         ),
         Message::Beacon { robot } => format!("beacon: robot {robot}"),
-        Message::Digest { robot, digest } => format!("digest: robot {robot}, sum {digest}"),
+        Message::Digest { robot, digest, floor } => {
+            format!("digest: robot {robot}, sum {digest}, floor {floor}")
+        }
         Message::Swarms { robot, swarms } => {
             let mut text = format!("swarms: robot {robot}");
             assert_eq!(swarms.iter().count(), usize::from(swarms.count()));

@@ -179,6 +179,15 @@ impl SimRobot {
         }
     }
 
+    /// Returns the number of received broadcasts on topics to which its script does not listen. A
+    /// robot's firmware does not report it.
+    pub fn unwanted(&self) -> u16 {
+        match &self.program {
+            RobotProgram::Machine(machine) => machine.unwanted(),
+            RobotProgram::Firmware(_) => 0,
+        }
+    }
+
     /// Reports new log lines to the flag of another run from now on.
     pub fn set_news(&mut self, news: News) {
         self.state.news = news;

@@ -4,6 +4,7 @@ use std::fmt::Debug;
 use std::path::Path;
 use std::time::Duration;
 
+use bittybuzz_compiler::{fit, refusal};
 use bittybuzz_emulation::message::{Command, RobotStatistics};
 use bittybuzz_emulation::{ClientError, Emulator};
 use bittybuzz_robot_spec::{Layout, Robot};
@@ -138,7 +139,9 @@ pub struct FlashJob<'a> {
 /// robot without a layout has no section.
 pub fn layout_section(flash: &FlashJob<'_>) -> Result<Vec<(u32, Vec<u8>)>, ScenarioCause> {
     let FlashJob { robot, script, .. } = flash;
-    let section = |layout: &Layout| match layout.script_section(script) {
+    let script = fit::for_flash(script, robot)
+        .map_err(|cause| ScenarioCause::ScriptRefused { reason: refusal::sentence(&cause) })?;
+    let section = |layout: &Layout| match layout.script_section(&script) {
         Some(section) => Ok((layout.script.address, section)),
         None => {
             Err(ScenarioCause::ScriptTooLong { bytes: script.len(), most: layout.most_script() })

@@ -1,16 +1,19 @@
 //! Virtual machines of the sizes that robot files ask for.
 //!
 //! The size of a machine's memory is part of its type. There is one type for each robot that ships,
-//! as large as its file says or up to a seventh larger, and a few larger ones for robots of users.
-//! A robot gets the smallest type into which it fits. The type makes no difference to a script,
-//! which gets exactly the slots of its robot's file.
+//! as large as its file says or up to a seventh larger, and a few for robots of users, of which the
+//! largest has its slots in pages that exist on demand ([`paged`]). A robot gets the smallest type
+//! into which it fits. The type makes no difference to a script, which gets exactly the slots of its
+//! robot's file.
 
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_inspect::{InspectedQueue, Inspection, Limits, Queues, inspect};
 use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::message::{FULL_FRAME, FrameKind, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
-use bittybuzz_vm_core::{Entry, Image, ImageError, NetworkCounters, Outcome, Vm};
+use bittybuzz_vm_core::{
+    ByteCode, Entry, Image, ImageError, NetworkCounters, Outcome, SLOTS_MAX, Vm,
+};
 
 use crate::engine::{Digest, Io, LossCause};
 
@@ -23,20 +26,17 @@ use super::queue::{InQueue, OutQueue, QueueProfile};
 use super::seen::SeenEvent;
 use super::state::{PendingSetting, RobotContext, ScriptStage};
 
+mod paged;
 #[cfg(not(target_family = "wasm"))]
 mod shipped;
 
-/// Slots of the machines for robots that do not ship, by profile. A WebAssembly module is
-/// downloaded and should be small: there, robots that ship use these machines, too, and two of the
-/// three are the same.
-const TINY: [usize; 3] = if cfg!(target_family = "wasm") { [512, LARGE, LARGE] } else { FULL };
-const FULL: [usize; 3] =
-    if cfg!(target_family = "wasm") { [1024, LARGE, LARGE] } else { [1024, 4096, LARGE] };
-const LARGE: usize = 16_384;
+use paged::GrowingImage;
 
-/// The largest number of slots of a machine: those of the script and those for neighbors, swarms
-/// and entries.
-pub const SLOTS_MAX: usize = LARGE;
+/// Slots of the machines for robots that do not ship, by profile, without those whose memory grows.
+/// A WebAssembly module is downloaded and should be small: there, robots that ship use these
+/// machines, too, and both are the same.
+const TINY: [usize; 2] = if cfg!(target_family = "wasm") { [512, 512] } else { FULL };
+const FULL: [usize; 2] = if cfg!(target_family = "wasm") { [4096, 4096] } else { [1024, 4096] };
 
 /// A virtual machine and its queues of frames.
 pub trait Machine {
@@ -64,6 +64,9 @@ pub trait Machine {
 
     /// Returns the numbers of messages that it could not use.
     fn counters(&self) -> NetworkCounters;
+
+    /// Returns the number of received broadcasts on topics to which its script does not listen.
+    fn unwanted(&self) -> u16;
 
     /// Returns a global of the script, or the value to which `keys` lead in its tables.
     fn global(&self, number: u16, keys: &[VariableContent]) -> VariableContent;
@@ -104,14 +107,18 @@ fn is_readable(profile: NumberProfile, frame: &[u8]) -> bool {
 
 type Loaded = Result<Box<dyn Machine + Send>, ImageError>;
 
-/// One of three machines of increasing size, with queues of any length.
+/// A machine of one of several sizes, with queues of any length.
 type Larger<P, const SLOTS: usize> =
-    Scripted<P, Box<dyn InQueue + Send>, Box<dyn OutQueue + Send>, SLOTS>;
+    Scripted<P, KeptImage, Box<dyn InQueue + Send>, Box<dyn OutQueue + Send>, SLOTS>;
+
+/// A machine whose memory grows on demand, with queues of any length.
+type Growing<P> =
+    Scripted<P, GrowingImage, Box<dyn InQueue + Send>, Box<dyn OutQueue + Send>, SLOTS_MAX>;
 
 /// A machine with queues of any type.
 #[derive(Clone)]
-struct Scripted<P: Profile, I, O, const SLOTS: usize> {
-    vm: Vm<P, KeptImage, SLOTS>,
+struct Scripted<P: Profile, C: ByteCode, I, O, const SLOTS: usize> {
+    vm: Vm<P, C, SLOTS>,
     inbox: I,
     outbox: O,
     /// True if a frame, or a part of a message, may be in the inbox. There is none in most ticks,
@@ -131,16 +138,16 @@ pub fn load(context: &GroupContext, id: u16, seed: u32) -> Loaded {
     }
     match context.profile {
         NumberProfile::Tiny => {
-            load_larger::<Tiny, { TINY[0] }, { TINY[1] }, { TINY[2] }>(context, slots, id, seed)
+            load_larger::<Tiny, { TINY[0] }, { TINY[1] }>(context, slots, id, seed)
         }
         NumberProfile::Full => {
-            load_larger::<Full, { FULL[0] }, { FULL[1] }, { FULL[2] }>(context, slots, id, seed)
+            load_larger::<Full, { FULL[0] }, { FULL[1] }>(context, slots, id, seed)
         }
     }
 }
 
 /// Loads the smallest of three machines that has enough slots.
-fn load_larger<P: QueueProfile, const SMALL: usize, const MIDDLE: usize, const LARGE: usize>(
+fn load_larger<P: QueueProfile, const SMALL: usize, const MIDDLE: usize>(
     context: &GroupContext,
     slots: usize,
     id: u16,
@@ -149,7 +156,7 @@ fn load_larger<P: QueueProfile, const SMALL: usize, const MIDDLE: usize, const L
 where
     Larger<P, SMALL>: Send,
     Larger<P, MIDDLE>: Send,
-    Larger<P, LARGE>: Send,
+    Growing<P>: Send,
 {
     let [inbox, outbox, in_long, out_long] = context.queues;
     let (inbox, outbox) = (P::inbox(inbox, in_long), P::outbox(outbox, out_long));
@@ -158,12 +165,13 @@ where
     } else if slots <= MIDDLE {
         Larger::<P, MIDDLE>::load(context, inbox, outbox, id, seed)
     } else {
-        Larger::<P, LARGE>::load(context, inbox, outbox, id, seed)
+        Growing::<P>::load(context, inbox, outbox, id, seed)
     }
 }
 
-impl<P: Profile, I, O, const SLOTS: usize> Scripted<P, I, O, SLOTS>
+impl<P: Profile, C, I, O, const SLOTS: usize> Scripted<P, C, I, O, SLOTS>
 where
+    C: ByteCode + From<KeptImage> + 'static,
     I: InQueue + Clone + 'static,
     O: OutQueue + Clone + 'static,
     Self: Send,
@@ -171,10 +179,10 @@ where
     fn load(context: &GroupContext, inbox: I, outbox: O, id: u16, seed: u32) -> Loaded {
         let mut scripted =
             Box::new(Scripted { vm: Vm::new(), inbox, outbox, has_mail: false, has_unsent: false });
-        let vm: &mut Vm<P, KeptImage, SLOTS> = &mut scripted.vm;
+        let vm: &mut Vm<P, C, SLOTS> = &mut scripted.vm;
         vm.set_network_capacity(context.sizes);
         let has_function = |hash| context.function(hash).is_some();
-        vm.load_limited(Image::new(context.image), context.slots, has_function)?;
+        vm.load_limited(Image::new(context.image.into()), context.slots, has_function)?;
         vm.set_robot_id(id, seed);
         Ok(scripted)
     }
@@ -186,7 +194,7 @@ where
         let mut unread = Vec::new();
         for (place, frame) in io.inbox.iter().enumerate() {
             let before = self.inbox.counters();
-            self.inbox.push(frame.bytes, frame.sighting);
+            self.inbox.push(frame.bytes, frame.sighting, self.vm.unwanted_topics());
             self.has_mail = true;
             let after = self.inbox.counters();
             if (before.dropped, before.incomplete) == (after.dropped, after.incomplete) {
@@ -287,8 +295,8 @@ where
 /// Sets globals after a part of the script. After `init`, a global that holds something other than
 /// a number stays as it is.
 #[cold] // Few robots have any.
-fn set_globals<P: Profile, const SLOTS: usize>(
-    vm: &mut Vm<P, KeptImage, SLOTS>,
+fn set_globals<P: Profile, C: ByteCode, const SLOTS: usize>(
+    vm: &mut Vm<P, C, SLOTS>,
     settings: &[PendingSetting],
 ) {
     for PendingSetting { after, global, number } in settings {
@@ -300,8 +308,9 @@ fn set_globals<P: Profile, const SLOTS: usize>(
     }
 }
 
-impl<P: Profile, I, O, const SLOTS: usize> Machine for Scripted<P, I, O, SLOTS>
+impl<P: Profile, C, I, O, const SLOTS: usize> Machine for Scripted<P, C, I, O, SLOTS>
 where
+    C: ByteCode + From<KeptImage> + 'static,
     I: InQueue + Clone + 'static,
     O: OutQueue + Clone + 'static,
     Self: Send,
@@ -317,6 +326,9 @@ where
     }
 
     fn tick(&mut self, state: &mut RobotContext, io: &mut Io<'_>) {
+        if state.was_stopped(io.now) {
+            self.vm.come_back();
+        }
         let mut is_due = state.take_due(io.now);
         if let Some(faults) = &mut state.faults {
             if faults.is_over() {
@@ -331,7 +343,7 @@ where
             seen.events.extend(self.take_frames(io, state.context.profile));
         } else {
             for frame in io.inbox.iter() {
-                self.inbox.push(frame.bytes, frame.sighting);
+                self.inbox.push(frame.bytes, frame.sighting, self.vm.unwanted_topics());
                 self.has_mail = true;
             }
         }
@@ -368,6 +380,10 @@ where
         let counters = self.vm.counters();
         let incomplete = counters.incomplete.saturating_add(self.inbox.counters().incomplete);
         NetworkCounters { incomplete, ..counters }
+    }
+
+    fn unwanted(&self) -> u16 {
+        self.inbox.counters().unwanted
     }
 
     fn global(&self, number: u16, keys: &[VariableContent]) -> VariableContent {

@@ -34,7 +34,6 @@ pub use effect::{common as common_effect, led};
 pub use emulation::{Emulation, FlashJob, layout_section};
 pub use faults::{Consequence, FaultCounts, FaultRecord};
 pub use log::{LogLine, News, Piece, unknown_string};
-pub(crate) use machine::SLOTS_MAX;
 pub use model::{ModelKeys, Models, RobotModel};
 pub use overruns::{Overrun, Overruns};
 pub use program::ProgramId;

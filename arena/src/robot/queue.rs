@@ -1,13 +1,16 @@
 //! The queues of frames between a machine and its link.
 
+mod on_demand;
+
 use std::hash::Hash;
 
 use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
 use bittybuzz_robot_spec::LONG_MAX;
-use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
+use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME, Topics};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
 use crate::engine::{Digest, FrameSighting};
+use on_demand::OnDemand;
 
 /// A queue of received frames, of any length.
 pub trait InQueue {
@@ -20,8 +23,8 @@ pub trait InQueue {
     /// Returns true if fragments of a message have arrived.
     fn is_assembling(&self) -> bool;
 
-    /// Adds a received frame.
-    fn push(&mut self, frame: &[u8], sighting: FrameSighting);
+    /// Adds a received frame. `unwanted` are the topics to which the script does not listen.
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting, unwanted: Topics);
 
     /// Removes the next frame and copies it. Returns its length, and the position of its sender as
     /// far as the link knows it.
@@ -82,11 +85,11 @@ pub trait QueueProfile: Profile {
 }
 
 /// The largest capacity of a queue in frames.
-pub const QUEUED_MAX: usize = 32;
+pub const QUEUED_MAX: usize = bittybuzz_robot_spec::QUEUED_MAX as usize;
 
 /// A queue for at most `length` frames, which may be less than the capacity of its type.
 ///
-/// A type for each length would add 31 copies of the code of each queue, for which the playground's
+/// A type for each length would add 63 copies of the code of each queue, for which the playground's
 /// module has no room.
 #[derive(Clone)]
 pub struct Bounded<Q> {
@@ -135,8 +138,8 @@ where
         self.queue.is_assembling()
     }
 
-    fn push(&mut self, frame: &[u8], sighting: FrameSighting) {
-        self.queue.push(frame, sighting);
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting, unwanted: Topics) {
+        self.queue.push_except(frame, sighting, unwanted);
     }
 
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)> {
@@ -232,8 +235,8 @@ impl InQueue for Box<dyn InQueue + Send> {
         (**self).is_assembling()
     }
 
-    fn push(&mut self, frame: &[u8], sighting: FrameSighting) {
-        (**self).push(frame, sighting);
+    fn push(&mut self, frame: &[u8], sighting: FrameSighting, unwanted: Topics) {
+        (**self).push(frame, sighting, unwanted);
     }
 
     fn pop(&mut self, frame: &mut [u8]) -> Option<(usize, FrameSighting)> {
@@ -308,12 +311,12 @@ macro_rules! queues {
         impl QueueProfile for $profile {
             fn inbox(length: usize, messages: usize) -> Box<dyn InQueue + Send> {
                 type Queue = Inbox<$profile, FrameSighting, { $frame }, QUEUED_MAX, LONG>;
-                Box::new(Bounded::<Queue>::inbox(length, messages))
+                Box::new(OnDemand::<Bounded<Queue>>::new(length, messages))
             }
 
             fn outbox(length: usize, messages: usize) -> Box<dyn OutQueue + Send> {
                 type Queue = Outbox<$profile, { $frame }, QUEUED_MAX, LONG>;
-                Box::new(Bounded::<Queue>::outbox(length, messages))
+                Box::new(OnDemand::<Bounded<Queue>>::new(length, messages))
             }
         }
     };

@@ -146,13 +146,23 @@ impl RobotContext {
         self.overruns.as_ref().map_or(0, |overruns| overruns.missed)
     }
 
+    /// Returns true if the robot was stopped since its last step.
+    pub fn was_stopped(&self, now: u64) -> bool {
+        let late_us = self.clock.time_us(now).saturating_sub(self.due_us);
+        self.stage == ScriptStage::Step && late_us > 2 * self.step_us()
+    }
+
+    fn step_us(&self) -> u64 {
+        self.context.step_ticks * u64::from(TICK_US)
+    }
+
     /// Returns true if a step is due, and plans the next one. The first step is due at once, in the
     /// tick of the global code. With a fast clock, a second step may be due in a tick.
     pub fn take_due(&mut self, now: u64) -> bool {
         let now_us = self.clock.time_us(now);
         let is_due = now_us >= self.due_us;
         if is_due {
-            let step_us = self.context.step_ticks * u64::from(TICK_US);
+            let step_us = self.step_us();
             // An exact clock follows the ticks of the world. Any other clock keeps its own rhythm,
             // but does not make up for the steps that were left out while the robot was stopped.
             let is_on_time = now_us - self.due_us <= 2 * step_us;

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use bittybuzz_compiler::refusal;
 use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::ImageError;
+use bittybuzz_vm_core::SLOTS_MAX;
 use bittybuzz_vm_core::message::FULL_FRAME;
 
 use crate::robot::checks::Costs;
 use crate::robot::{
-    GroupContext, News, ProgramId, QUEUED_MAX, RobotModel, SLOTS_MAX, SimRobot, common_effect,
+    GroupContext, News, ProgramId, QUEUED_MAX, RobotModel, SimRobot, common_effect,
 };
 use crate::scenario::{
     Backend, Group, GroupId, Load, Quantity, Scenario, ScenarioCause, ScenarioError, Selection,

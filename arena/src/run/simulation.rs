@@ -632,7 +632,7 @@ struct Past {
 impl Past {
     fn add(&mut self, number: usize, robot: &SimRobot, has_unexpected: bool) {
         self.faults += robot.state().fault_counts();
-        self.unusable = self.unusable.add(robot.counters());
+        self.unusable = self.unusable.add(robot.counters(), robot.unwanted());
         for (sum, count) in self.dropped.iter_mut().zip(robot.dropped()) {
             *sum += u64::from(count);
         }

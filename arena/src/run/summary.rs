@@ -57,11 +57,13 @@ pub struct Unusable {
     pub incomplete: u64,
     /// Conflicts of entries that a handler did not decide.
     pub undecided: u64,
+    /// Broadcasts on topics to which the script does not listen.
+    pub unwanted: u64,
 }
 
 impl Unusable {
     /// Adds the counts of a robot.
-    pub(super) fn add(mut self, robot: NetworkCounters) -> Self {
+    pub(super) fn add(mut self, robot: NetworkCounters, unwanted: u16) -> Self {
         for (sum, count) in [
             (&mut self.foreign, robot.foreign),
             (&mut self.malformed, robot.malformed),
@@ -69,6 +71,7 @@ impl Unusable {
             (&mut self.not_kept, robot.not_kept),
             (&mut self.incomplete, robot.incomplete),
             (&mut self.undecided, robot.undecided),
+            (&mut self.unwanted, unwanted),
         ] {
             *sum += u64::from(count);
         }
@@ -76,8 +79,9 @@ impl Unusable {
     }
 
     /// Returns names and counts, in the order of the fields.
-    pub fn counts(&self) -> [(&'static str, u64); 6] {
-        let Unusable { foreign, malformed, own_id, not_kept, incomplete, undecided } = *self;
+    pub fn counts(&self) -> [(&'static str, u64); 7] {
+        let Unusable { foreign, malformed, own_id, not_kept, incomplete, undecided, unwanted } =
+            *self;
         [
             ("foreign", foreign),
             ("malformed", malformed),
@@ -85,6 +89,7 @@ impl Unusable {
             ("not_kept", not_kept),
             ("incomplete", incomplete),
             ("undecided", undecided),
+            ("unwanted", unwanted),
         ]
     }
 }

@@ -110,6 +110,8 @@ pub enum ScenarioCause {
     NotLoaded { script: String, reason: String },
     /// The script of a command was loaded before, and has changed since.
     ScriptChanged { script: String },
+    /// The script gets no seal for the robot's flash, because its virtual machine would reject it.
+    ScriptRefused { reason: String },
     /// The script is too long for the robot's flash.
     ScriptTooLong { bytes: usize, most: u32 },
     /// An emulated robot outside the projector's light.
@@ -257,6 +259,7 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::ScriptTooLong { bytes, most } => {
                 write!(f, "the script has {bytes} bytes, the robot has room for {most}")
             }
+            ScenarioCause::ScriptRefused { reason } => write!(f, "the script {reason}"),
             ScenarioCause::NoCompiler { script } => {
                 write!(f, "`{script}` cannot be loaded: nothing compiles scripts in this run")
             }
@@ -415,6 +418,7 @@ impl toml_reader::Cause for ScenarioCause {
             | ScenarioCause::CapacityError { .. }
             | ScenarioCause::Settings { .. }
             | ScenarioCause::TooManyEmulated { .. }
+            | ScenarioCause::ScriptRefused { .. }
             | ScenarioCause::ScriptTooLong { .. }
             | ScenarioCause::NotCompiled { .. }
             | ScenarioCause::NotLoaded { .. }

@@ -292,7 +292,11 @@ robot: number,
 /**
  * The sum over the sender's entries.
  */
-digest: number, } | { "kind": "swarms", 
+digest: number, 
+/**
+ * The latest clock of a deletion that the sender has forgotten.
+ */
+floor: number, } | { "kind": "swarms", 
 /**
  * The id of the sender.
  */

@@ -161,7 +161,7 @@ impl TracedEmulation<'_> {
             return Ok(Some((0, whole)));
         }
         let layout = probe_rs::layout(self.robot)?;
-        let section = probe_rs::script_section(&layout, path, &program.image)?;
+        let section = probe_rs::script_section(self.robot, path, &program.image)?;
         Ok(Some((layout.script.address, section)))
     }
 

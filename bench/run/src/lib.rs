@@ -24,8 +24,8 @@ pub use script::{HEADER, ROOM, SYMBOL, header, split};
 
 use bittybuzz_vm_core::number::{Number, Profile};
 use bittybuzz_vm_core::{
-    Axis, Buffer, ByteCode, CallArguments, Entry, Host, Image, Outcome, Refusal, Reply, RobotFault,
-    Sighting, Sizes, Value, Vm,
+    Axis, Buffer, ByteCode, CallArguments, Entry, Host, Image, Outcome, Places, Refusal, Reply,
+    RobotFault, Sighting, Sizes, Value, Vm,
 };
 
 #[allow(dead_code, reason = "it is generated for firmware")]
@@ -40,7 +40,7 @@ pub const MEMORY: usize = robot::MEMORY;
 const SIZES: Sizes = Sizes {
     neighbors: robot::NEIGHBORS as u8,
     bearings: robot::BEARINGS != 0,
-    entries: robot::STIGMERGY_ENTRIES as u8,
+    entries: robot::STIGMERGY_ENTRIES as Places,
     swarms: robot::SWARMS as u8,
 };
 

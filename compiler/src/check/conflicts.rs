@@ -21,8 +21,8 @@ use crate::source::Span;
 const LOCAL: LocalId = LocalId(1);
 /// The parameter of a handler that holds the entry that was received.
 const REMOTE: LocalId = LocalId(2);
-/// The field of an entry, and of a result, with the robot that wrote the entry.
-const ROBOT: &str = "robot";
+/// The field of an entry, and of a result, by which the machine tells which entry is chosen.
+const DATA: &str = "data";
 
 /// Checks every handler of a script.
 pub fn check_conflicts(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
@@ -48,7 +48,7 @@ pub fn check_conflicts(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec
     diagnostics
 }
 
-/// Returns a warning if each result of the handler is the entry of one side, or has its robot.
+/// Returns a warning if each result of the handler is the entry of one side, or has its data.
 fn one_sided(handler: &CheckedFunction, call: Span) -> Option<Diagnostic> {
     // At the end of its body a function returns nil, which decides nothing.
     if !handler.body.iter().any(leaves) {
@@ -71,9 +71,15 @@ fn one_sided(handler: &CheckedFunction, call: Span) -> Option<Diagnostic> {
     };
     let (local, remote) = (name(LOCAL), name(REMOTE));
     let (message, label) = if side == LOCAL {
-        ("each robot keeps its own entry, so the robots never agree", "always this robot's entry")
+        (
+            "each robot would keep its own entry, so the greater id wins as without a handler",
+            "always this robot's entry",
+        )
     } else {
-        ("the robots exchange their entries, so they never agree", "always the other robot's entry")
+        (
+            "the robots would exchange their entries, so the greater id wins as without a handler",
+            "always the other robot's entry",
+        )
     };
     let mut diagnostic = Diagnostic::new(DiagnosticCode::OneSidedConflict, first.span, message)
         .label(label)
@@ -87,24 +93,24 @@ fn one_sided(handler: &CheckedFunction, call: Span) -> Option<Diagnostic> {
     Some(diagnostic)
 }
 
-/// Returns the parameter whose robot a result of the handler certainly has.
+/// Returns the parameter whose data a result of the handler certainly has.
 fn side_of(result: &CheckedExpr, handler: &CheckedFunction) -> Option<LocalId> {
     match &result.kind {
         CheckedExprKind::Local(local) => source_of(*local, handler),
         CheckedExprKind::Table(entries) => {
-            let mut robots = entries.iter().filter(|(key, _)| is_robot(key));
-            let CheckedExprKind::Field { object, key, .. } = &robots.next_back()?.1.kind else {
+            let mut data = entries.iter().filter(|(key, _)| is_data(key));
+            let CheckedExprKind::Field { object, key, .. } = &data.next_back()?.1.kind else {
                 return None;
             };
             let CheckedExprKind::Local(local) = object.kind else { return None };
-            if key == ROBOT { source_of(local, handler) } else { None }
+            if key == DATA { source_of(local, handler) } else { None }
         }
         _ => None,
     }
 }
 
-fn is_robot(key: &CheckedExpr) -> bool {
-    matches!(&key.kind, CheckedExprKind::Str(key) if key == ROBOT)
+fn is_data(key: &CheckedExpr) -> bool {
+    matches!(&key.kind, CheckedExprKind::Str(key) if key == DATA)
 }
 
 /// Returns the parameter that a local certainly holds: itself, or the only value of a variable.

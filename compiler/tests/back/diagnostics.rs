@@ -147,9 +147,9 @@ const CASES: &[(&str, &str, &str)] = &[
     ),
     (
         "v = stigmergy.create(1) v.onconflict(function(k, l, r) { \
-         return { .robot = r.robot, .data = l.data + r.data } })",
+         return { .robot = l.robot, .data = r.data } })",
         "W0226",
-        "{ .robot = r.robot, .data = l.data + r.data }",
+        "{ .robot = l.robot, .data = r.data }",
     ),
     (
         "function step() { neighbors.broadcast(\"k\", { .a = 1, .b = 2, .c = 3, .d = 4 }) }",
@@ -263,7 +263,7 @@ fn correct_scripts_have_no_diagnostics() {
         "s = stigmergy.create(1) s.onconflict(function(k, l, r) { if(l.data > r.data) l = r return l })",
         "s = stigmergy.create(1) s.onconflict(function(k, l, r) { l.robot = math.max(l.robot, r.robot) return l })",
         "s = stigmergy.create(1) s.onconflict(function(k, l, r) { var x = l if(k) x = r return x })",
-        "s = stigmergy.create(1) s.onconflict(function(k, l, r) { return { .robot = 7, .data = l.data } })",
+        "s = stigmergy.create(1) s.onconflict(function(k, l, r) { return { .robot = l.robot, .data = 7 } })",
         "s = stigmergy.create(1) s.onconflict(function(k, l, r) { log(k, l, r) return nil })",
         "s = stigmergy.create(1) s.onconflictlost(function(k, l) { return l })",
     ];

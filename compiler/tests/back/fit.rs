@@ -2,7 +2,7 @@
 
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_compiler::diagnostic::Diagnostic;
-use bittybuzz_compiler::fit::{CapacityError, capacity_errors, sealed};
+use bittybuzz_compiler::fit::{CapacityError, capacity_errors, for_flash, sealed};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_testkit::Recorder;
 use bittybuzz_vm_core::number::Tiny;
@@ -152,13 +152,14 @@ fn an_image_must_fit_the_flash() {
     let small = robot(|robot| robot.budget.as_mut().unwrap().flash_bytes = 30);
     assert_eq!(codes("a = 1", small.clone()), [""; 0]);
     assert_eq!(codes("a = 1 b = 2 c = a + b log(a, b, c)", small), ["E0607"]);
-    // Where the script has flash of its own, that counts.
+    // Where the script has flash of its own, that counts: of 70 bytes after the header the firmware
+    // reads 64, and the seal takes 30.
     let mut zooids = bittybuzz_robot_files::find("zooids").unwrap();
-    zooids.layout.as_mut().unwrap().script.size = 30;
-    let errors = diagnostics("a = 1 b = 2 c = a + b log(a, b, c)", zooids);
+    zooids.layout.as_mut().unwrap().script.size = 4 + 70;
+    let errors = diagnostics(&"a = 1 b = 2 c = a + b log(a, b, c) ".repeat(3), zooids);
     let [error] = errors.as_slice() else { panic!("{errors:?}") };
     assert_eq!(error.code.text(), "E0607");
-    assert!(error.message.ends_with("has room for 26"), "{error:?}");
+    assert!(error.message.ends_with("has room for 34"), "{error:?}");
 }
 
 #[test]
@@ -204,4 +205,17 @@ fn a_sealed_image_is_for_its_robot() {
     assert_eq!(vm.load_sealed(SealedImage::new(&of_a_zooid), robot), Err(ImageError::Seal));
     let crazyflie = bittybuzz_robot_files::find("crazyflie").unwrap();
     assert_eq!(sealed(&image, &crazyflie), Err(ImageError::Profile));
+}
+
+#[test]
+fn an_image_gets_a_seal_if_the_robot_file_says_so() {
+    let zooids = bittybuzz_robot_files::find("zooids").unwrap();
+    let (image, _) = image("function step() { led(1) }", TINY);
+    assert_eq!(for_flash(&image, &zooids).unwrap(), sealed(&image, &zooids).unwrap());
+    let mut verified = zooids.clone();
+    verified.layout.as_mut().unwrap().script_sealed = false;
+    assert_eq!(for_flash(&image, &verified).unwrap(), image);
+    // The robot itself checks it.
+    assert_eq!(for_flash(b"no image", &verified).unwrap(), &b"no image"[..]);
+    assert_eq!(for_flash(b"no image", &zooids), Err(ImageError::NotAnImage));
 }

@@ -7,7 +7,7 @@ use bittybuzz_compiler::compile::Options;
 use bittybuzz_compiler::fit::{self, CapacityError};
 use bittybuzz_testkit::{Event, Swarm, TestRobot};
 use bittybuzz_vm_core::builtin::Feature;
-use bittybuzz_vm_core::number::Tiny;
+use bittybuzz_vm_core::number::{Profile, Tiny};
 use bittybuzz_vm_core::{ByteCode, Image, ImageError, Part, Parts, Sizes, Vm};
 
 use crate::back::machine::{TINY, build_with, image, robot};
@@ -116,6 +116,8 @@ fn a_missing_part_is_reported_at_its_first_use() {
 struct Few<'a, const PARTS: u16>(&'a [u8]);
 
 impl<const PARTS: u16> ByteCode for Few<'_, PARTS> {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     const PARTS: Parts = Parts::from_bits(PARTS);
     const SIZES: Option<Sizes> = Some(SIZES);
 

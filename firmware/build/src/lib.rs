@@ -6,8 +6,8 @@
 //! * `robot.rs`: constants, see [`bittybuzz_robot_spec::generate_rust`], the sizes and periods of the
 //!   virtual machine, `is_function` for the name hashes of the robot's functions, and the type
 //!   `Numbers` of the number profile (`BBZ_PROFILE`, else the robot's);
-//! * `script.bin`: the contents of the script section, which are length and image. With a log of
-//!   scripts, `script_mark.bin` is the end of the script's place;
+//! * `script.bin`: the contents of the script section, which are length, image and, if the robot
+//!   file asks for it, seal. With a log of scripts, `script_mark.bin` is the end of the script's place;
 //! * `memory.x`: the linker's regions.
 //!
 //! A build script that fails prints the error to standard error, which cargo shows, and ends.
@@ -22,7 +22,7 @@ use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_robot_spec::{Layout, NumberProfile, Robot, script_section};
-use bittybuzz_vm_core::{Part, Parts};
+use bittybuzz_vm_core::{ImageError, Part, Parts};
 
 /// The environment variable that names the script.
 const SCRIPT: &str = "BBZ_SCRIPT";
@@ -126,6 +126,7 @@ pub fn board(robot: &str, default_script: &str, start: Start) -> Result<(), Buil
     }
     let script = script_path(default_script);
     let image = compiled(&script, &robot)?;
+    let image = fit::for_flash(&image, &robot).map_err(|cause| refused(&script, &cause))?;
     let mut section = layout.script_section(&image).ok_or(BuildError::TooLong(script))?;
     if layout.script_log {
         let mark = Layout::script_mark(&image);
@@ -187,8 +188,7 @@ pub fn behind_program(robot: &str, default_script: &str) -> Result<(), BuildErro
         }
     };
     let robot = robot.limited_to(parts);
-    let refused = |cause| BuildError::Refused(script.clone(), refusal::sentence(&cause));
-    let image = fit::sealed(&image, &robot).map_err(refused)?;
+    let image = fit::sealed(&image, &robot).map_err(|cause| refused(&script, &cause))?;
     let section = script_section(parts, &image).ok_or(BuildError::TooLong(script))?;
     let header = section.len() - image.len();
     let section_constants = format!(
@@ -214,7 +214,7 @@ fn constants(robot: &Robot) -> String {
          beacon: {beacon},\n    forget: {forget},\n    advertise: {advertise},\n}};\n\
          /// Returns true if there is a function of this name hash.\n\
          pub fn is_function(hash: u16) -> bool {{\n    \
-         FUNCTIONS.iter().any(|(known, _)| *known == hash)\n}}\n"
+         FUNCTIONS.contains(&hash)\n}}\n"
     );
     bittybuzz_robot_spec::generate_rust(robot) + &code
 }
@@ -257,9 +257,12 @@ fn compiled(script: &Path, robot: &Robot) -> Result<Vec<u8>, BuildError> {
     };
     let compiled = compile(script, text, &loader, &options);
     let image = image(&compiled).ok_or_else(|| BuildError::Errors(script.to_owned()))?;
-    fit::verify(image, robot.profile, robot)
-        .map_err(|cause| BuildError::Refused(script.to_owned(), refusal::sentence(&cause)))?;
+    fit::verify(image, robot.profile, robot).map_err(|cause| refused(script, &cause))?;
     Ok(image.to_owned())
+}
+
+fn refused(script: &Path, cause: &ImageError) -> BuildError {
+    BuildError::Refused(script.to_owned(), refusal::sentence(cause))
 }
 
 /// Prints the compiler's diagnostics, and returns the image unless there were errors.

@@ -159,10 +159,10 @@ async fn main(spawner: Spawner) {
 #[embassy_executor::task]
 async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
     if may_run {
-        let image = Image::new(section::image());
+        let load = |vm: &mut Machine| vm.load(Image::new(section::image()), robot::is_function);
         let period = Duration::from_hz(robot::TICK_HZ as u64);
         // The robot's id makes the random numbers of robots differ.
-        let _ = script.run(image, robot::is_function, 0, period).await;
+        let _ = script.run(load, 0, period).await;
         log::info!("the script has stopped");
     }
     script.rest().await

@@ -3,7 +3,7 @@
 
 use core::hint::black_box;
 
-use bittybuzz_runtime::places::{self, IMAGE_MAX, PLACE};
+use bittybuzz_runtime::places::{self, IMAGE_AREA, PLACE};
 use bittybuzz_vm_core::FlashArea;
 
 use crate::robot::{SCRIPT_ADDRESS, SCRIPT_SIZE};
@@ -27,14 +27,14 @@ built_in!(BUILT_IN_MARK, ".script_mark", MARK);
 built_in!(COPY, ".script_copy", SCRIPT);
 built_in!(COPY_MARK, ".script_copy_mark", MARK);
 
-/// The room for an image, which fits the longest one.
-pub type Section = FlashArea<'static, IMAGE_MAX>;
+/// The room for an image.
+pub type Section = FlashArea<'static, IMAGE_AREA>;
 
 /// Returns the image that runs. It is empty, which is not a valid image, if the log holds none.
 pub fn image() -> Section {
     let region = black_box(SCRIPT_ADDRESS as *const [[u8; PLACE]; SCRIPT_SIZE / PLACE]);
     // SAFETY: the region is flash, lies within the chip, and is not written while the program runs.
-    let (log, any) = unsafe { (&*region, &*region.cast::<[u8; IMAGE_MAX]>()) };
+    let (log, any) = unsafe { (&*region, &*region.cast::<[u8; IMAGE_AREA]>()) };
     let stored = places::newest(log).map(|stored| FlashArea::new(stored.bytes, stored.length));
     stored.flatten().unwrap_or(FlashArea::empty(any))
 }

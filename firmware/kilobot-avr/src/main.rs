@@ -49,6 +49,7 @@ use bittybuzz_kilobot::light::{Blinker, Color, of_battery};
 use bittybuzz_kilobot::mode::{Act, RobotMode};
 use bittybuzz_kilobot::sender::Sender;
 use bittybuzz_vm_core::Vm;
+use bittybuzz_vm_core::message::Topics;
 
 use chip::registers;
 use robot::KilobotHost;
@@ -164,7 +165,7 @@ impl App {
     fn turn(&mut self, vm: &mut Machine) -> bool {
         let has_heard = hear::has_message();
         if has_heard {
-            self.hear();
+            self.hear(vm.unwanted_topics());
         }
         let now = clock::now(&registers());
         let color = self.live(vm, now);
@@ -180,7 +181,7 @@ impl App {
 
     /// Handles the received message.
     #[inline(never)] // Inlined, each turn would reserve room for the message: 300 cycles.
-    fn hear(&mut self) {
+    fn hear(&mut self, unwanted: Topics) {
         // Moving the message out of the option would copy it once more, in 20 bytes of flash.
         let Some(heard) = &hear::take() else { return };
         let Some((kind, data)) = infrared::opened(&heard.message) else { return };
@@ -190,7 +191,11 @@ impl App {
                 calibration::entry(gain, index, |address| eeprom::read(&registers(), address))
             });
             // The inbox accepts only swarm frames.
-            return robot.inbox.push(&infrared::frame(kind, data), mm.unwrap_or(0));
+            return robot.inbox.push_except(
+                &infrared::frame(kind, data),
+                mm.unwrap_or(0),
+                unwanted,
+            );
         }
         let was = robot.mode.state;
         match robot.mode.handle(kind, data) {

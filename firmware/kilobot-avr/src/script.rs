@@ -11,7 +11,7 @@ use crate::chip::registers;
 use crate::clock;
 use crate::robot::KilobotHost;
 use crate::section::Section;
-use crate::toml::{self, FUNCTIONS};
+use crate::toml;
 
 /// The time for which the script's settings hold after the last completed step.
 const HOLD: u16 = units(500);
@@ -24,15 +24,7 @@ const FEATURES: u8 = {
 
 /// The number that stands for everything that the robot offers to scripts ([`seal::robot`]). A
 /// sealed image must match it.
-const OFFERED: u16 = {
-    let mut hashes = [0; FUNCTIONS.len()];
-    let mut index = 0;
-    while index < FUNCTIONS.len() {
-        hashes[index] = FUNCTIONS[index].0;
-        index += 1;
-    }
-    seal::robot::<Tiny>(FEATURES, toml::SIZES, Section::PARTS, &hashes)
-};
+const OFFERED: u16 = seal::robot::<Tiny>(FEATURES, toml::SIZES, Section::PARTS, toml::FUNCTIONS);
 
 /// The virtual machine of this robot.
 pub type Machine = Vm<Tiny, Section, { crate::SLOTS }>;
@@ -47,6 +39,8 @@ pub struct ScriptSchedule {
     completed: u16,
     /// True if the script has more to do at once.
     goes_on: bool,
+    /// True if the controller has stopped the script since its last step.
+    was_stopped: bool,
 }
 
 impl ScriptSchedule {
@@ -58,6 +52,7 @@ impl ScriptSchedule {
             ticks: Ticks::start(0),
             completed: 0,
             goes_on: false,
+            was_stopped: false,
         }
     }
 
@@ -65,6 +60,7 @@ impl ScriptSchedule {
     pub fn resume(&mut self, now: u16) {
         self.ticks = Ticks::start(now);
         self.completed = now;
+        self.was_stopped = self.phase == Phase::Waits;
     }
 
     /// Returns true if the script had more to do at the end of the last call of [`run`](Self::run).
@@ -157,6 +153,9 @@ impl ScriptSchedule {
     fn tick(&mut self, vm: &mut Machine, robot: &mut KilobotHost, now: u16) {
         robot.outbox.begin_step();
         if self.phase == Phase::Waits {
+            if core::mem::take(&mut self.was_stopped) {
+                vm.come_back();
+            }
             self.begin(vm, Entry::Step, Phase::Runs);
         } else if self.restarts.tick() {
             robot.restart();

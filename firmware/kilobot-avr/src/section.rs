@@ -33,6 +33,8 @@ fn address(at: usize) -> usize {
 }
 
 impl ByteCode for Section {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     const PARTS: Parts = Parts::from_bits(toml::PARTS);
     const SIZES: Option<Sizes> = Some(toml::SIZES);
     const ONLY: Option<Self> = Some(Section);

@@ -4,9 +4,11 @@
 
 use core::cell::RefCell;
 use core::convert::Infallible;
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use bittybuzz_comms::queue::{Inbox, Outbox, QueueCounters};
 use bittybuzz_vm_core::Sighting;
+use bittybuzz_vm_core::message::Topics;
 use bittybuzz_vm_core::number::{Full, Profile, Rng};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
@@ -31,8 +33,9 @@ pub trait MailQueues<P: Profile> {
     /// Takes the content of a long message; see `bittybuzz_vm_core::Host::receive_content`.
     fn receive_content(&self, content: &mut [u8]) -> usize;
 
-    /// Marks the beginning of a step: its broadcasts may replace waiting ones.
-    fn begin_step(&self);
+    /// Marks the beginning of a step: its broadcasts may replace waiting ones. Received messages on
+    /// unwanted topics give way to others.
+    fn begin_step(&self, unwanted: Topics);
 
     /// Queues a frame of the script.
     fn send(&self, frame: &[u8]);
@@ -58,7 +61,7 @@ impl<P: Profile> MailQueues<P> for Infallible {
         match *self {}
     }
 
-    fn begin_step(&self) {
+    fn begin_step(&self, _unwanted: Topics) {
         match *self {}
     }
 
@@ -91,6 +94,8 @@ pub struct Mail<
 > {
     inbox: Shared<Inbox<P, Sighting<P>, FRAME, IN, LONG_IN>>,
     outbox: Shared<Outbox<P, FRAME, OUT, LONG_OUT>>,
+    /// The topics to which the script does not listen.
+    unwanted: AtomicU32,
     waiting: Signal<CriticalSectionRawMutex, ()>,
 }
 
@@ -109,13 +114,15 @@ impl<
         Mail {
             inbox: Mutex::new(RefCell::new(Inbox::new(nobody))),
             outbox: Mutex::new(RefCell::new(Outbox::new())),
+            unwanted: AtomicU32::new(0),
             waiting: Signal::new(),
         }
     }
 
     /// Adds a frame that the link received.
     pub fn add_received(&self, frame: &[u8], sighting: Sighting<P>) {
-        with(&self.inbox, |inbox| inbox.push(frame, sighting));
+        let unwanted = self.unwanted.load(Ordering::Relaxed);
+        with(&self.inbox, |inbox| inbox.push_except(frame, sighting, unwanted));
     }
 
     /// Returns the counts of received frames that were not read.
@@ -180,7 +187,8 @@ impl<
         with(&self.inbox, |inbox| inbox.take_content(content)).unwrap_or(0)
     }
 
-    fn begin_step(&self) {
+    fn begin_step(&self, unwanted: Topics) {
+        self.unwanted.store(unwanted, Ordering::Relaxed);
         with(&self.outbox, Outbox::begin_step);
     }
 

@@ -19,8 +19,9 @@ use bittybuzz_vm_core::message::crc16;
 /// The size of a place, in bytes.
 pub const PLACE: usize = 4096;
 
-/// The length of the longest image that fits into a place, in bytes.
-pub const IMAGE_MAX: usize = PLACE - LENGTH - MARK;
+/// The bytes of a place for an image. The longest one is shorter: see
+/// [`FlashArea`](bittybuzz_vm_core::FlashArea).
+pub const IMAGE_AREA: usize = PLACE - LENGTH - MARK;
 
 const LENGTH: usize = size_of::<u32>();
 const MARK: usize = 8;
@@ -29,7 +30,7 @@ const MARK: usize = 8;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StoredScript<'a> {
     /// The part of the place for the image. Bytes beyond the length have no meaning.
-    pub bytes: &'a [u8; IMAGE_MAX],
+    pub bytes: &'a [u8; IMAGE_AREA],
     /// The length of the image, in bytes.
     pub length: usize,
     sequence: u32,
@@ -40,7 +41,7 @@ impl<'a> StoredScript<'a> {
     /// is compared first, because the checksum reads every byte.
     fn read(place: &'a [u8; PLACE], known: Option<StoredScript<'_>>) -> Option<Self> {
         let (length, rest) = place.split_first_chunk::<LENGTH>()?;
-        let (bytes, mark) = rest.split_first_chunk::<IMAGE_MAX>()?;
+        let (bytes, mark) = rest.split_first_chunk::<IMAGE_AREA>()?;
         let (sequence, check) = mark.split_first_chunk::<4>()?;
         let [low, high, not_low, not_high] = *check.first_chunk::<4>()?;
         let stored = StoredScript {
@@ -76,6 +77,7 @@ mod tests {
     use std::vec::Vec;
 
     use bittybuzz_robot_spec::Layout;
+    use bittybuzz_vm_core::FlashArea;
 
     use super::*;
 
@@ -103,10 +105,11 @@ mod tests {
 
     #[test]
     fn the_longest_image_fits() {
-        let long = vec![7; IMAGE_MAX];
+        let most = layout().most_script() as usize;
+        let long = vec![7; most];
         assert_eq!(image(&[[0xff; PLACE], place(&long)]), Some(long));
-        assert_eq!(layout().script_section(&[7; IMAGE_MAX + 1]), None);
-        assert_eq!(layout().most_script() as usize, IMAGE_MAX);
+        assert_eq!(layout().script_section(&vec![7; most + 1]), None);
+        assert_eq!(most, FlashArea::<IMAGE_AREA>::LENGTH_MAX);
     }
 
     #[test]

@@ -29,9 +29,10 @@
 use core::convert::Infallible;
 
 use bittybuzz_comms::trace::{self, Unused};
+use bittybuzz_vm_core::message::Topics;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{
-    Axis, ByteCode, CallArguments, Entry, Fault, FaultCode, Image, Outcome, Periods, Reply,
+    Axis, ByteCode, CallArguments, Entry, Fault, FaultCode, ImageError, Outcome, Periods, Reply,
     Restarts, RobotFault, Sighting, Vm,
 };
 use embassy_futures::yield_now;
@@ -124,9 +125,9 @@ pub trait RobotHost<P: Profile> {
     }
 
     /// Marks the beginning of a step: its messages may replace waiting ones of the step before.
-    fn begin_step(&mut self) {
+    fn begin_step(&mut self, unwanted: Topics) {
         if let Some(mail) = self.mail() {
-            mail.begin_step();
+            mail.begin_step(unwanted);
         }
     }
 
@@ -234,17 +235,16 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
         }
     }
 
-    /// Runs the script in `image` at `period` until it stops for good. `is_robot_function` returns
-    /// true for the name hashes of the robot's functions.
+    /// Runs the script that `load` loads at `period` until it stops for good. The board selects
+    /// [`Vm::load`] or [`Vm::load_sealed`], so that its program contains only one of them.
     pub async fn run(
         &mut self,
-        image: Image<C>,
-        is_robot_function: impl Fn(u16) -> bool,
+        load: impl FnOnce(&mut Vm<P, C, SLOTS>) -> Result<(), ImageError>,
         seed: u32,
         period: Duration,
     ) -> ScriptStopped {
         self.pulse.beat();
-        if let Err(error) = self.vm.load(image, is_robot_function) {
+        if let Err(error) = load(self.vm) {
             self.report(|| trace::refused(error));
             self.robot.stop(ScriptStopped::Refused);
             return ScriptStopped::Refused;
@@ -292,7 +292,7 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
     async fn step(&mut self, ticks: &mut Ticks) -> Result<bool, Fault> {
         self.wait_until(ticks.next()).await;
         ticks.take();
-        self.robot.begin_step();
+        self.robot.begin_step(self.vm.unwanted_topics());
         self.entry(Entry::Step, ticks).await
     }
 

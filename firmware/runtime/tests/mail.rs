@@ -123,7 +123,7 @@ fn stale_broadcasts_are_not_sent() {
     let _turn = clock();
     let mail = SmallMail::new();
     mail.send(&broadcast(1, 1, 1));
-    mail.begin_step();
+    mail.begin_step(0);
     let frames = [broadcast(1, 1, 2), broadcast(1, 1, 3)];
     let sent = sent(&mail, 1, &frames, 100_000);
     assert_eq!(sent.into_iter().map(|(_, frame)| frame).collect::<Vec<_>>(), frames);

@@ -50,7 +50,8 @@ use bittybuzz_runtime::liveness::{Liveness, Pulse};
 use bittybuzz_runtime::script;
 use bittybuzz_runtime::setpoint::{self, SetpointWriter};
 use bittybuzz_vm_core::number::Tiny;
-use bittybuzz_vm_core::{ByteCode, Image, Part, Vm};
+use bittybuzz_vm_core::seal::{self, SealedImage};
+use bittybuzz_vm_core::{ByteCode, Part, Vm, features};
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
@@ -84,6 +85,15 @@ static LIGHT: LightChannel = LightChannel::new();
 const SLOTS: usize = robot::SLOTS + robot::SIZES.slots();
 type Machine = Vm<Tiny, section::Section, SLOTS>;
 type ScriptTask = script::ScriptTask<Tiny, section::Section, Zooid, SLOTS>;
+
+/// The number that stands for everything that the robot offers to scripts. A sealed image must
+/// match it.
+const OFFERED: u16 = seal::robot::<Tiny>(
+    features::<Tiny>(),
+    robot::SIZES,
+    section::Section::PARTS,
+    robot::FUNCTIONS,
+);
 
 /// The virtual machine takes no more memory than the robot file promises.
 const _: () = assert!(size_of::<Machine>() <= robot::MEMORY - robot::QUEUE_MEMORY);
@@ -165,10 +175,10 @@ fn start<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
 #[embassy_executor::task]
 async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
     if may_run {
-        let image = Image::new(section::image());
+        let load = |vm: &mut Machine| vm.load_sealed(SealedImage::new(section::image()), OFFERED);
         let period = Duration::from_hz(robot::TICK_HZ as u64);
         // The robot's id makes the random numbers of robots differ.
-        let _ = script.run(image, robot::is_function, 0, period).await;
+        let _ = script.run(load, 0, period).await;
         info!("the script has stopped");
     }
     script.rest().await

@@ -16,7 +16,7 @@ mod robot {
 }
 const LED: u16 = robot::function::LED;
 fn main() {
-    let is_led = matches!(robot::FUNCTIONS[0].0, LED);
+    let is_led = matches!(robot::FUNCTIONS[0], LED);
     println!("{} {} {} {}", robot::NAME, robot::PROFILE, robot::MATHS, is_led);
     println!("on fault: {}", if robot::ON_FAULT_STOPS { "stop" } else { "restart" });
     println!(
@@ -24,8 +24,8 @@ fn main() {
         robot::TICK_HZ, robot::MESSAGE_BYTES, robot::MEMORY, robot::QUEUE_MEMORY, robot::SLOTS, robot::NEIGHBORS,
         robot::IN_QUEUE, robot::OUT_QUEUE, robot::IN_LONG, robot::OUT_LONG, robot::STIGMERGY_ENTRIES, robot::SWARMS,
     );
-    for (hash, name) in robot::FUNCTIONS {
-        println!("{hash} {name}");
+    for hash in robot::FUNCTIONS {
+        println!("{hash}");
     }
     layout();
 }
@@ -70,7 +70,7 @@ fn expected(robot: &Robot) -> String {
     out += &sizes.map(|size| size.to_string()).join(" ");
     out += "\n";
     for function in &robot.functions {
-        out += &format!("{} {}\n", name_hash(&function.name), function.name);
+        out += &format!("{}\n", name_hash(&function.name));
     }
     for (name, region) in robot.layout.iter().flat_map(Layout::regions) {
         out += &format!("{name} {} {}\n", region.address, region.size);

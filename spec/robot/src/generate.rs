@@ -1,6 +1,6 @@
 //! Generates Rust source of a robot's configuration, for the build script of its firmware.
 
-use crate::{Layout, OnFault, Robot, Setting, name_hash};
+use crate::{Layout, OnFault, Robot, Setting};
 use std::fmt::Write;
 
 /// Returns Rust source with the sizes of the robot's virtual machine and the numbers of its
@@ -14,8 +14,8 @@ use std::fmt::Write;
 /// Sizes are `usize` constants named as in the robot file (`SLOTS`, ...), together with `PROFILE`
 /// and `NAME`. If the robot file has a `[layout]`, its regions are `FLASH_ADDRESS`, `FLASH_SIZE`,
 /// `SCRIPT_ADDRESS` and so on, named as in [`Layout::memory_x`]. The module `function` has one
-/// `u16` constant per function, and `setting` has one `usize` per setting. `FUNCTIONS` lists number
-/// and name of all functions.
+/// `u16` constant per function, and `setting` has one `usize` per setting. `FUNCTIONS` lists the
+/// numbers of all functions.
 pub fn generate_rust(robot: &Robot) -> String {
     let mut out = String::new();
     write(robot, &mut out).expect("writing to a string cannot fail");
@@ -87,14 +87,13 @@ fn write(robot: &Robot, out: &mut String) -> std::fmt::Result {
         writeln!(out, "    /// {help}\n    pub const {name}: usize = {place};")?;
     }
     writeln!(out, "}}")?;
-    writeln!(
-        out,
-        "/// Number and name of every function.\npub const FUNCTIONS: &[(u16, &str)] = &["
-    )?;
-    for function in &robot.functions {
-        writeln!(out, "    ({:#06x}, {:?}),", name_hash(&function.name), function.name)?;
-    }
-    writeln!(out, "];")
+    let numbers: Vec<String> = robot
+        .functions
+        .iter()
+        .map(|function| format!("function::{}", constant(&function.name)))
+        .collect();
+    let numbers = numbers.join(", ");
+    writeln!(out, "/// The number of every function.\npub const FUNCTIONS: &[u16] = &[{numbers}];")
 }
 
 /// Returns the name of the Rust constant for a function: `goTo` is `GO_TO`.

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use bittybuzz_vm_core::message::crc16;
+use bittybuzz_vm_core::{longest_image, seal};
 
 /// Bytes of a robot's id, or of a setting, in flash.
 const NUMBER_BYTES: usize = 4;
@@ -32,6 +33,9 @@ pub struct Layout {
     /// newest complete place is used, so that a loss of power during a write leaves a script. See
     /// `bittybuzz_runtime::places`.
     pub script_log: bool,
+    /// True if the script's image has a seal, which the firmware checks in place of the code
+    /// ([`seal`]). Tools then verify the image, and append the seal.
+    pub script_sealed: bool,
     /// RAM for variables.
     pub ram: Region,
     /// RAM for the stack alone. With no memory below it, a stack overflow is a fault and damages no
@@ -101,27 +105,32 @@ impl Layout {
         values.iter().flat_map(bytes).collect()
     }
 
-    /// Returns the size in bytes of the longest image that fits into the script region.
+    /// Returns the size in bytes of the longest image that a script may have. The seal is not
+    /// counted.
     pub const fn most_script(&self) -> u32 {
-        if self.script_log {
-            PLACE - SCRIPT_HEADER - MARK
-        } else {
-            let room = self.script.size - SCRIPT_HEADER;
-            if room < u16::MAX as u32 { room } else { u16::MAX as u32 }
-        }
+        let seal = if self.script_sealed { seal::LENGTH as u32 } else { 0 };
+        self.room().saturating_sub(seal)
     }
 
-    /// Returns the bytes of the script region for an image, or of a place in its log; `None` if the
-    /// image does not fit.
+    /// Returns the number of bytes that the script region has for an image and its seal. The
+    /// firmware reads them as a [`FlashArea`](bittybuzz_vm_core::FlashArea).
+    const fn room(&self) -> u32 {
+        let region = if self.script_log { PLACE - MARK } else { self.script.size };
+        let longest = longest_image((region - SCRIPT_HEADER) as usize) as u32;
+        if longest < u16::MAX as u32 { longest } else { u16::MAX as u32 }
+    }
+
+    /// Returns the bytes of the script region for an image, with its seal if it needs one, or of a
+    /// place in its log; `None` if the image does not fit.
     pub fn script_section(&self, image: &[u8]) -> Option<Vec<u8>> {
         let length = u32::try_from(image.len()).ok()?;
-        if length > self.most_script() {
+        if length > self.room() {
             return None;
         }
         let header = if self.script_log {
             length.to_le_bytes()
         } else {
-            let length = u16::try_from(length).expect("`most_script` is at most `u16::MAX`");
+            let length = u16::try_from(length).expect("the room is at most `u16::MAX`");
             let [low, high] = length.to_le_bytes();
             let check = image.iter().fold(0xffff, |check, byte| crc16(check, *byte));
             let [first, second] = check.to_le_bytes();
@@ -204,8 +213,9 @@ mod tests {
         let region = |address, size| Region { address, size };
         Layout {
             application: region(0x0800_4000, 0x1_c000),
-            script: region(0x0802_0000, 12),
+            script: region(0x0802_0000, 14),
             script_log: false,
+            script_sealed: false,
             ram: region(0x2000_0000, 0x2_0000),
             stack: Some(region(0x1000_0000, 0x1_0000)),
             id: Some(region(0x0804_0000, 0x2_0000)),
@@ -229,6 +239,20 @@ mod tests {
         assert_eq!(layout.script_section(&[7, 8]), Some(vec![2, 0, low, high, 7, 8]));
         assert_eq!(layout.script_section(&[1; 8]).map(|section| section.len()), Some(12));
         assert_eq!(layout.script_section(&[1; 9]), None);
+    }
+
+    /// The firmware reads at most a power of two, with two bytes after it: of 70 bytes, 64.
+    #[test]
+    fn the_seal_takes_its_bytes_from_the_longest_script() {
+        let script = Region { address: 0x0802_0000, size: 4 + 70 };
+        let verified = Layout { script, ..layout() };
+        let sealed = Layout { script_sealed: true, ..verified };
+        assert_eq!((verified.most_script(), sealed.most_script()), (64, 34));
+        for layout in [verified, sealed] {
+            assert_eq!(layout.script_section(&[7; 64]).map(|section| section.len()), Some(68));
+            assert_eq!(layout.script_section(&[7; 65]), None);
+        }
+        assert_eq!(Layout { script_sealed: true, ..layout() }.most_script(), 0);
     }
 
     #[test]
@@ -273,7 +297,7 @@ mod tests {
         let text = layout().memory_x();
         for line in [
             "  FLASH : ORIGIN = 0x08004000, LENGTH = 0x1c000\n",
-            "  SCRIPT : ORIGIN = 0x08020000, LENGTH = 0xc\n",
+            "  SCRIPT : ORIGIN = 0x08020000, LENGTH = 0xe\n",
             "  RAM : ORIGIN = 0x20000000, LENGTH = 0x20000\n",
             "  STACK : ORIGIN = 0x10000000, LENGTH = 0x10000\n",
             "  ID : ORIGIN = 0x08040000, LENGTH = 0x20000\n",

@@ -40,7 +40,7 @@
 //! | `[[sensor]]` | a sensor of that body, see [`Sensor`] |
 //!
 //! A file without `chip` describes a robot that exists in the simulator only. It may leave out `title` (then it is
-//! `name`), `profile` (`"full"`), `tick_hz` (10), `message_bytes` (the least of the profile) and `[vm]`.
+//! `name`), `profile` (`"full"`), `tick_hz` (10), `message_bytes` (the least of the profile) and `[vm]`, of which it may also leave out each key if it leaves out `memory`.
 //!
 //! # A robot for the simulator
 //! A file with a `[body]` gives each function an effect:
@@ -175,6 +175,9 @@ impl OnFault {
         [("restart", OnFault::Restart), ("stop", OnFault::Stop)];
 }
 
+/// The largest number of frames in a queue of a robot without a chip, or of one that is simulated.
+pub const QUEUED_MAX: u32 = 64;
+
 /// The largest number of long messages that a robot can receive at once, or that can wait to be
 /// sent.
 pub const LONG_MAX: u32 = 16;
@@ -199,7 +202,8 @@ pub struct VmSizes {
     pub in_long: u32,
     /// Long messages that can wait to be sent, at most [`LONG_MAX`]; 1 if left out.
     pub out_long: u32,
-    /// Entries of all stigmergies together; 0 leaves `stigmergy` out.
+    /// Entries of all stigmergies together; 0 leaves `stigmergy` out. At most 255, or
+    /// [`ENTRIES_MAX`](bittybuzz_vm_core::ENTRIES_MAX) without a chip.
     pub stigmergy_entries: u32,
     /// The largest number of swarms that are known, at most 8; 0 leaves `swarm` out.
     pub swarms: u32,

@@ -2,7 +2,7 @@
 //! messages, which the firmware has next to the machine, count as well.
 
 use bittybuzz_vm_core::message::{FRAGMENT_HEAD, FRAGMENTS_MAX, FULL_FRAME, TINY_FRAME};
-use bittybuzz_vm_core::{Sighting, Sizes, Value, number};
+use bittybuzz_vm_core::{Places, Sighting, Sizes, Value, number};
 
 use crate::{NumberProfile, Robot, VmSizes};
 
@@ -10,21 +10,25 @@ use crate::{NumberProfile, Robot, VmSizes};
 /// fields are aligned. The build of the firmware checks this number.
 const REGISTERS: [u32; 2] = [84, 100];
 
+/// Bytes of a collection that stops and goes on between slices, in the full profile.
+const COLLECTION: [u32; 2] = [30, 32];
+
 /// Bytes of the protocol: the times of messages to be sent, and counters.
-const PROTOCOL: u32 = 51;
+const PROTOCOL: u32 = 69;
 /// Bytes that a queue adds to a frame: the number of the next frame, and the priority, which
 /// includes whether the frame is stale.
 const QUEUED: u32 = 2;
-/// Bytes of a queue: the counts of dropped, double and incomplete messages, and the place of the
-/// oldest frame. On Cortex-M also the alignment, the protection between tasks, and the queue's half
-/// of the signal that wakes the sending task.
-const QUEUE: [u32; 2] = [7, 20];
+/// Bytes of a queue: the counts of dropped, double, incomplete and unwanted messages, and the place
+/// of the oldest frame. On Cortex-M also the alignment, the protection between tasks, and the
+/// queue's half of the signal that wakes the sending task.
+const QUEUE: [u32; 2] = [9, 22];
 /// Bytes that the queue adds to the content of a long message that arrives: sender, length, number,
 /// fragments and the number of the last one; and to one that waits to be sent: its length.
 const ARRIVING: u32 = 7;
 const LEAVING: u32 = 2;
-/// Bytes for the turns of long messages in both queues.
-const TURNS: [u32; 2] = [12, 16];
+/// Bytes for the turns of long messages in both queues, and for the numbers of the unwanted ones. On
+/// Cortex-M also for the unwanted topics.
+const TURNS: [u32; 2] = [16, 24];
 
 /// The first letters of the names of AVR chips.
 const AVR: [&str; 2] = ["ATmega", "ATtiny"];
@@ -56,11 +60,12 @@ impl Robot {
 
     /// Returns the sizes of the memory for data about other robots.
     pub fn sizes(&self) -> Sizes {
-        let byte = |count| u8::try_from(count).expect("robot files with more are refused");
+        const REFUSED: &str = "robot files with more are refused";
+        let byte = |count| u8::try_from(count).expect(REFUSED);
         Sizes {
             neighbors: byte(self.vm.neighbors),
             bearings: self.vm.bearings,
-            entries: byte(self.vm.stigmergy_entries),
+            entries: Places::try_from(self.vm.stigmergy_entries).expect(REFUSED),
             swarms: byte(self.vm.swarms),
         }
     }
@@ -125,6 +130,10 @@ impl Robot {
 
     /// Returns the bytes of the memory that are not slots.
     fn taken(&self) -> u32 {
-        self.of_chip(REGISTERS) + self.swarm_memory()
+        let collection = match self.profile {
+            NumberProfile::Tiny => 0,
+            NumberProfile::Full => self.of_chip(COLLECTION),
+        };
+        self.of_chip(REGISTERS) + collection + self.swarm_memory()
     }
 }

@@ -14,7 +14,7 @@ tick_hz = 10
 message_bytes = 9
 
 [vm]
-memory = 2018
+memory = 2027
 slots = 200
 neighbors = 15
 in_queue = 10
@@ -101,7 +101,7 @@ fn a_correct_file_is_read_completely() {
     assert_eq!((toy.profile, toy.tick_hz, toy.message_bytes), (NumberProfile::Tiny, 10, 9));
     assert_eq!(toy.on_fault, OnFault::Restart);
     let vm = VmSizes {
-        memory: 2018,
+        memory: 2027,
         slots: 200,
         neighbors: 15,
         bearings: true,
@@ -122,6 +122,7 @@ fn a_correct_file_is_read_completely() {
         application: Region { address: 0x0800_0000, size: 0xc000 },
         script: Region { address: 0x0800_c000, size: 0x4000 },
         script_log: false,
+        script_sealed: false,
         ram: Region { address: 0x2000_0000, size: 0x2000 },
         stack: Some(Region { address: 0x1000_0000, size: 0x200 }),
         id: None,
@@ -156,7 +157,8 @@ fn optional_keys_have_defaults() {
         ("slots = 200", "slots = 0xc8"),
         ("slots = 200", "slots = 32"),
         ("swarms = 8", "swarms = 8\nmaths = false"),
-        ("slots = 200", "slots = 209"),
+        ("slots = 200", "slots = 204"),
+        ("size = 0x4000 }", "size = 0x4000 }\nscript_sealed = true"),
     ] {
         assert!(GOOD.contains(from));
         assert!(Robot::parse(&GOOD.replacen(from, to, 1), "toy.toml").is_ok(), "{to}");
@@ -164,6 +166,36 @@ fn optional_keys_have_defaults() {
     let (bare, _) = GOOD.split_once("[[table]]").unwrap();
     let bare = Robot::parse(bare, "toy.toml").unwrap();
     assert!(bare.functions.is_empty() && bare.tables.is_empty());
+}
+
+/// A robot without a chip has the memory of a computer. Its file may state some sizes, and all of
+/// them with `memory`.
+#[test]
+fn a_robot_without_a_chip_has_the_memory_of_a_computer() {
+    let vm = |text: &str| Robot::parse(&format!("name = \"toy\"\n{text}"), "toy.toml").unwrap().vm;
+    let all = vm("");
+    let sizes = [all.slots, all.neighbors, all.in_queue, all.out_queue, all.in_long, all.out_long];
+    assert_eq!(sizes, [10_000, 255, 64, 64, 16, 16]);
+    assert_eq!((all.stigmergy_entries, all.swarms), (4000, 8));
+    let some = vm("[vm]\nslots = 65520\nneighbors = 3\nbearings = false");
+    assert_eq!((some.slots, some.neighbors, some.bearings), (65_520, 3, false));
+    assert_eq!((some.in_queue, some.stigmergy_entries), (64, 4000));
+    for (text, column, range) in [
+        ("[vm]\nslots = 65521", 9, "from 32 to 65520"),
+        ("[vm]\nin_queue = 65", 12, "from 1 to 64"),
+        ("[vm]\nstigmergy_entries = 9361", 21, "from 0 to 9360"),
+    ] {
+        let error = error_of(&format!("name = \"toy\"\n{text}"));
+        let help = error.help().unwrap_or_default();
+        assert!(format!("{error} {help}").contains(range), "{error} {help}");
+        let place = error.place.unwrap();
+        assert_eq!((place.line, place.column), (3, column), "{text}");
+    }
+    // With a chip, every size is stated, and there are fewer entries.
+    let text = GOOD.replacen("stigmergy_entries = 4", "stigmergy_entries = 256", 1);
+    let error = error_of(&text);
+    let help = error.help().unwrap_or_default();
+    assert!(format!("{error} {help}").contains("from 0 to 255"), "{error} {help}");
 }
 
 #[test]
@@ -208,7 +240,7 @@ fn every_error_has_its_place() {
         ("slots = 200", "slots = 31", Expected("OutOfRange", 10, 9, "cannot be 31")),
         ("slots = 200", "slots = -1", Expected("OutOfRange", 10, 9, "cannot be -1")),
         ("slots = 200", "slots = 99999999999999999999", Expected("OutOfRange", 10, 9, "9999")),
-        ("memory = 2018", "memory = 0", Expected("OutOfRange", 9, 10, "from 256")),
+        ("memory = 2027", "memory = 0", Expected("OutOfRange", 9, 10, "from 256")),
         ("neighbors = 15", "neighbors = 256", Expected("OutOfRange", 11, 13, "from 0 to 255")),
         ("in_queue = 10", "in_queue = 0", Expected("OutOfRange", 12, 12, "from 1 to 255")),
         ("out_queue = 10", "out_queue = 0", Expected("OutOfRange", 13, 13, "from 1 to 255")),
@@ -259,8 +291,8 @@ fn every_error_has_its_place() {
         ("0xc000", "0xc200", Expected("Overlap", 23, 10, "`script` and `application` overlap")),
         (
             "slots = 200",
-            "slots = 210",
-            Expected("TooManySlots", 10, 9, "room for 209 `slots`; or set `memory` to 2"),
+            "slots = 209",
+            Expected("TooManySlots", 10, 9, "room for 204 `slots`; or set `memory` to 2"),
         ),
         ("\"tiny\"", "\"full\"", Expected("OutOfRange", 6, 17, "from 48 to 255")),
         ("\"tiny\"", "\"tinny\"", Expected("UnknownWord", 4, 11, "did you mean `tiny`?")),
@@ -359,10 +391,10 @@ fn colliding_hashes_are_refused() {
 fn the_message_shows_the_line() {
     let text = GOOD.replacen("Toy robot\"", "Toy r\u{f6}bot\" # \u{fc}", 1);
     let error = error_of(&text.replacen("slots = 200", "slots =   1_000", 1));
-    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 2018 bytes of `memory`, with neighbors \
+    let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 2027 bytes of `memory`, with neighbors \
                     and messages\n\
                     10 | slots =   1_000\n   |           ^^^^^\n\
-                    help: there is room for 209 `slots`; or set `memory` to 5181 or more: earlier versions needed less";
+                    help: there is room for 204 `slots`; or set `memory` to 5211 or more: earlier versions needed less";
     assert_eq!(RobotErrors(vec![error]).to_string(), expected);
 }
 

@@ -110,7 +110,7 @@ fn received(frame: &[u8], extra: u8) -> Received {
 
 /// Runs an entry; `false` if that was the end, for want of memory.
 fn step<P: Profile>(robot: &mut Robot<P>, entry: EntryPoint) -> bool {
-    robot.host.link.begin_step();
+    robot.host.link.begin_step(robot.vm.unwanted_topics());
     assert!(robot.vm.begin(entry), "{entry:?} does not begin");
     for _ in 0..10_000 {
         let outcome = robot.vm.run(&mut robot.host, 50);
@@ -179,7 +179,10 @@ fn frames<P: Profile>(choices: &mut Choices<'_>, script: ScriptIdentity) -> Vec<
             value: value(choices),
         })),
         4 if choices.flag() => sealed(&Message::Beacon { robot }),
-        4 => sealed(&Message::Digest { robot, digest: choices.byte().into() }),
+        4 => {
+            let digest = choices.byte().into();
+            sealed(&Message::Digest { robot, digest, floor: clock(choices) })
+        }
         5 => {
             let mut swarms = Swarms::default();
             for _ in 0..choices.below(5) {

@@ -387,6 +387,19 @@ pub fn image_for(robot: &str, script: &str) -> Vec<u8> {
     compiled.image.unwrap_or_else(|| panic!("{:?}", compiled.diagnostics))
 }
 
+/// The image of a script for a robot, with so many bytes: an `init()` fills it.
+pub fn image_of(robot: &str, script: &str, bytes: usize) -> Vec<u8> {
+    // The first statement has two bytes, the second three.
+    let image = |two: usize, three: usize| {
+        let statements = "x = 1\n".repeat(two) + &"x = 100\n".repeat(three);
+        image_for(robot, &format!("{script}\nfunction init() {{\n{statements}}}"))
+    };
+    let more = bytes - image(1, 1).len();
+    let filled = image(1 + more / 2 - more % 2, 1 + more % 2);
+    assert_eq!(filled.len(), bytes);
+    filled
+}
+
 /// A script, compiled for a robot.
 pub fn compiled_for(robot: &str, script: &str) -> Compiled {
     let robot = bittybuzz_robot_files::find(robot).expect("a shipped robot");

@@ -6,9 +6,10 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use bittybuzz_compiler::fit;
 use bittybuzz_emulation::Emulator;
 use bittybuzz_emulation::message::{AirStatistics, PowerDetector};
-use bittybuzz_robot_spec::Layout;
+use bittybuzz_robot_spec::{Layout, Robot};
 use bittybuzz_tests::bbz;
 use bittybuzz_zooids_board::STEP_MM;
 
@@ -44,10 +45,20 @@ pub fn zooids() -> PathBuf {
     path
 }
 
+/// The file of the Zooid.
+pub fn robot() -> Robot {
+    bittybuzz_robot_files::find("zooids").expect("a shipped robot")
+}
+
 /// The memory of a Zooid.
 pub fn layout() -> Layout {
-    let robot = bittybuzz_robot_files::find("zooids").expect("a shipped robot");
-    robot.layout.expect("it has a layout")
+    robot().layout.expect("it has a layout")
+}
+
+/// The content of a Zooid's script region with this script, whose image is sealed.
+pub fn script_section(script: &str) -> Vec<u8> {
+    let sealed = fit::sealed(&image_for("zooids", script), &robot()).expect("a sound image");
+    layout().script_section(&sealed).expect("a short script")
 }
 
 /// Where a Zooid is and how it moves.
@@ -174,7 +185,7 @@ impl Table {
         let mut emulator = Emulator::spawn_with(core.program(), &arguments).expect("it starts");
         emulator.load(&zooids()).expect("it loads");
         let layout = layout();
-        let section = layout.script_section(&image_for("zooids", script)).expect("a short script");
+        let section = script_section(script);
         let id_section = layout.id.expect("it has a place for an id").address;
         for (robot, id) in ids.iter().enumerate() {
             for (address, bytes) in [

@@ -37,5 +37,6 @@ mod zooid_brown_out;
 mod zooid_costs;
 mod zooid_failures;
 mod zooid_power;
+mod zooid_script;
 mod zooid_settings;
 mod zooids;

@@ -206,6 +206,20 @@ fn an_image_for_another_robot_is_refused() {
     assert!(lit, "no sign of the refusal");
 }
 
+#[test]
+fn the_longest_image_that_tools_accept_runs() {
+    let most = bittybuzz_hil::layout().most_script() as usize;
+    let script = "function step() { set_motor(0, 60) }";
+    let longest = bittybuzz_hil::image_of("crazyflie", script, most);
+    let section = |image: &[u8]| bittybuzz_hil::layout().script_section(image);
+    assert_eq!(section(&[&longest[..], &[0]].concat()), None);
+    let mut robot = bittybuzz_hil::Robot::crazyflie(Core::Unicorn, "function step() { }");
+    robot.write(SECTORS[0], &section(&longest).expect("it fits"));
+    robot.run_ms(500);
+    let duty = bittybuzz_hil::motors(&robot.events)[0];
+    assert!((duty - 60.0 / 256.0).abs() < 0.01, "{duty}");
+}
+
 /// Whatever is in the script's section of flash, the robot stays still, keeps its link and says that no script runs.
 #[test]
 fn a_section_without_a_script_is_safe() {

@@ -77,6 +77,82 @@ const SCRIPTS: [(&str, &str); 8] = [
     ),
 ];
 
+/// Scripts for a robot with much memory and with text: they keep most of the memory, and make garbage in the rest. `LIVE`
+/// stands for nearly as many cells as there are.
+const LARGE_SCRIPTS: [(&str, &str); 8] = [
+    (
+        "list",
+        "head = nil
+        function init() { i = 0 while(i < LIVE) { head = { .n = i, .next = head } i = i + 1 } }
+        function step() { i = 0 while(i < 100) { t = { .x = i, .y = { .z = i } } i = i + 1 } }",
+    ),
+    (
+        "array",
+        "t = {}
+        function init() { i = 0 while(i < WIDTH) { t[i] = 1 i = i + 1 } i = 1 while(i < WIDTH - 1) { t[i] = nil i = i + 1 } }
+        function step() { t[WIDTH - 1] = 2 size(t) foreach(t, function(k, v) { }) t[WIDTH - 1] = nil t[WIDTH - 1] = 1 }",
+    ),
+    (
+        "text keys",
+        "t = {}
+        a = \"0123456789\"
+        function init() {
+          a = string.concat(a, a, a, a, a)
+          a = string.concat(a, a, a, a, a)
+          i = 10
+          while(i < 44) { t[string.concat(a, \"abc\", string.tostring(i))] = i i = i + 1 }
+        }
+        function step() {
+          i = 10
+          while(i < 40) { k = string.concat(a, \"abc\", string.tostring(43)) t[k] = t[k] + 1 x = t[\"none\"] i = i + 1 }
+        }",
+    ),
+    (
+        "texts",
+        "keep = {}
+        a = \"0123456789\"
+        function init() {
+          a = string.concat(a, a, a, a, a)
+          a = string.concat(a, a, a, a, a, \"01234\")
+          i = 0
+          while(i < LIVE - 60) { keep[i] = { .a = i, .b = i } i = i + 1 }
+        }
+        function step() { i = 0 while(i < 10) { x = string.concat(\"\", a) y = string.sub(x, 1, 250) z = x == y i = i + 1 } }",
+    ),
+    (
+        "calls",
+        "keep = {}
+        function init() { i = 0 while(i < LIVE - 40) { keep[i] = { .a = i, .b = i } i = i + 1 } }
+        function deep(n) { var t = { .n = n } if(n > 0) { var u = deep(n - 1) return u } return t }
+        function step() { i = 0 while(i < 20) { deep(12) f = function(x) { return i + x } f(1) i = i + 1 } }",
+    ),
+    (
+        "iterations",
+        "keep = {}
+        function init() { i = 0 while(i < 160) { keep[0 - i] = { .a = i, .get = function() { return self } } i = i + 1 } }
+        function step() { foreach(keep, function(k, v) { t = { .k = v.get } }) map(keep, function(k, v) { return k }) }",
+    ),
+    (
+        "entries",
+        "a = {}
+        function init() {
+          s = stigmergy.create(1)
+          i = 0
+          while(i < 30) { a[i] = 300 + i i = i + 1 }
+          i = 0
+          while(i < 60) { s.put(i, a) i = i + 1 }
+          n = 0
+        }
+        function step() { a[0] = n s.put(n % 60, a) n = n + 1 foreach(s.get(1), function(k, v) { }) }",
+    ),
+    (
+        "log of a table",
+        "t = {}
+        function init() { i = 1 while(i < PAIRS) { t[0 - i] = 1 i = i + 1 } }
+        function step() { log(t) }",
+    ),
+];
+
 fn text(script: &str, [pairs, tables, items]: [u16; 3]) -> String {
     let script = script.replace("PAIRS", &pairs.to_string());
     script.replace("TABLES", &tables.to_string()).replace("ITEMS", &items.to_string())
@@ -98,11 +174,13 @@ fn longest_slice(name: &str, trace_log: &TraceLog) -> u64 {
 
 #[test]
 fn slices_of_a_crazyflie_are_short() {
-    let slices = SCRIPTS.map(|(name, script)| {
-        let mut swarm = Swarm::crazyflies(&text(script, [150, 50, 34]), &[1]);
-        swarm.run_ms(10_200);
+    let slices = [&SCRIPTS[..], &LARGE_SCRIPTS].concat().into_iter().map(|(name, script)| {
+        let script = script.replace("LIVE", "420").replace("WIDTH", "2700");
+        let mut swarm = Swarm::crazyflies(&text(&script, [1340, 390, 34]), &[1]);
+        swarm.run_ms(12_000);
         (name, longest_slice(name, &swarm.members()[0].trace_log))
     });
+    let slices: Vec<_> = slices.collect();
     figures::check("crazyflie", "slices_us", &slices, 0);
 }
 

@@ -7,12 +7,11 @@ use bittybuzz_chips::Random;
 use bittybuzz_emulation::message::{Memory, ResetCause};
 use bittybuzz_hil::flash::{Reading, Writing};
 use bittybuzz_hil::supply::Doing;
-use bittybuzz_hil::table::layout;
-use bittybuzz_hil::{Command, EmulatorEvent, Place, Table, TimedEvent, image_for, is_lit, resets};
+use bittybuzz_hil::table::{layout, script_section};
+use bittybuzz_hil::{Command, EmulatorEvent, Place, Table, TimedEvent, is_lit, resets};
 use bittybuzz_robot_spec::Layout;
 
-/// The script that the robot has; the one that is written over it differs in the number that it logs first. That is the end of the
-/// image: with another value in its last bytes it is a script, too.
+/// The script that the robot has; the one that is written over it differs in the number that it logs first.
 const OLD: &str = "\
 function init() { n = 0 }
 function step() {
@@ -128,8 +127,8 @@ fn survives(number: u64) {
         Doing::TakingAScript => {
             run_us(&mut table, 500_000);
             let new = OLD.replace(NUMBERS[0], NUMBERS[1]);
-            let section = layout().script_section(&image_for("zooids", &new)).unwrap();
-            assert!(section.len().is_multiple_of(HALFWORD), "the number is in the last one");
+            let section = script_section(&new);
+            assert!(section.len().is_multiple_of(HALFWORD), "the seal's check is the last one");
             cut_short(&mut table, layout().script.address, &section, &mut random);
         }
         Doing::TakingAnId => {
@@ -192,10 +191,10 @@ fn survives(number: u64) {
     assert!(table.board(0).radio_received >= received + 6);
 }
 
-/// All of a script is written but one bit of its last halfword: it is refused, whether it would be another script or none.
+/// All of a script is written but one bit of its last halfword, which is the check of its seal: it is refused.
 #[test]
 fn a_script_without_its_last_bit_does_not_run() {
-    let whole = layout().script_section(&image_for("zooids", OLD)).unwrap();
+    let whole = script_section(OLD);
     let last = whole.len() - HALFWORD;
     for bit in 0..8 * HALFWORD {
         let mut section = whole.clone();

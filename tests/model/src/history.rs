@@ -91,7 +91,7 @@ impl Histories {
         }
         let program = PROGRAM.with(|program| *program);
         let commands: [Rc<Cell<i32>>; ROBOTS] = Default::default();
-        let sizes = Sizes { neighbors: 3, bearings: false, entries: ROOM as u8, swarms: 0 };
+        let sizes = Sizes { neighbors: 3, bearings: false, entries: ROOM as u16, swarms: 0 };
         let symbols = Rc::new(program.symbols.clone());
         let robots = commands.iter().zip(1..).map(|(command, id)| {
             let mut robot = TestRobot::new(&program.image[..], id, sizes);

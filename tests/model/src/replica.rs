@@ -106,7 +106,7 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
                 // At most one of two sums is the robot's own.
                 if step % 10 < 2 {
                     let digest = step as u32 % 10;
-                    machine.robot.receive(&Message::Digest { robot: ASKER, digest });
+                    machine.robot.receive(&Message::Digest { robot: ASKER, digest, floor: 0 });
                 }
                 machine.step(0);
             }
@@ -115,6 +115,8 @@ pub fn react(robot: u16, rule: Rule, known: &Replica, event: Event) -> (Replica,
     };
     machine.step(command);
     let sent = machine.sent();
+    // Until another robot has a put, its repetitions go before answers.
+    sent.iter().filter(|(_, stamp)| stamp.clock != 0).for_each(|frame| machine.receive(*frame));
     let mut after = Replica::new();
     for key in 0..KEYS {
         machine.receive((key, Stamp { clock: 0, robot: ASKER, value: None }));

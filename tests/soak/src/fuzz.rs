@@ -143,11 +143,16 @@ pub fn run(name: &str) -> Result<Verdict> {
     Ok(Verdict::Shown(format!("{} executions without a panic", count.executions)))
 }
 
+/// Builds every target for the sample, and returns the folder of their programs.
+pub fn build_sample() -> Result<PathBuf> {
+    let settings = SAMPLE_PROFILE.map(|setting| ["--config", setting]);
+    build(&[&["--bins"][..], settings.as_flattened()].concat())
+}
+
 /// Builds every target, and runs a sample of each from the committed inputs, for CI. Two targets run
 /// at a time: the number of executions and the seed are fixed, so that neither changes the other.
 pub fn sample() -> Result<()> {
-    let settings = SAMPLE_PROFILE.map(|setting| ["--config", setting]);
-    let programs = build(&[&["--bins"][..], settings.as_flattened()].concat())?;
+    let programs = build_sample()?;
     let folder = target()?.join("soak/fuzz");
     let results = in_pairs(
         TARGETS.iter(),

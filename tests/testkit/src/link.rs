@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, VecDeque};
 
 use bittybuzz_comms::queue::{Inbox, Outbox};
-use bittybuzz_vm_core::message::{FULL_FRAME, Fragment};
+use bittybuzz_vm_core::message::{FULL_FRAME, Fragment, Topics};
 use bittybuzz_vm_core::number::Profile;
 
 /// A frame that a robot received.
@@ -26,8 +26,8 @@ impl Received {
 
 /// Frames in both directions.
 pub trait Link {
-    /// A step begins.
-    fn begin_step(&mut self);
+    /// A step begins, with the topics to which the script does not listen.
+    fn begin_step(&mut self, unwanted: Topics);
     /// The air delivers a frame.
     fn push(&mut self, frame: Received);
     /// The machine takes a frame, or the first bytes of a fragment for a whole long message.
@@ -64,7 +64,7 @@ struct Arriving {
 }
 
 impl Link for Direct {
-    fn begin_step(&mut self) {}
+    fn begin_step(&mut self, _unwanted: Topics) {}
 
     fn push(&mut self, frame: Received) {
         self.received.push_back(frame);
@@ -119,6 +119,7 @@ const LONG: usize = 4;
 pub struct Queues<P: Profile, const IN: usize, const OUT: usize> {
     received: Inbox<P, Seen, FULL_FRAME, IN, LONG>,
     sent: Outbox<P, FULL_FRAME, OUT, LONG>,
+    unwanted: Topics,
 }
 
 /// Sender and place of a frame that waits.
@@ -126,17 +127,18 @@ type Seen = (Option<u16>, Option<[f32; 3]>);
 
 impl<P: Profile, const IN: usize, const OUT: usize> Default for Queues<P, IN, OUT> {
     fn default() -> Self {
-        Queues { received: Inbox::new((None, None)), sent: Outbox::new() }
+        Queues { received: Inbox::new((None, None)), sent: Outbox::new(), unwanted: 0 }
     }
 }
 
 impl<P: Profile, const IN: usize, const OUT: usize> Link for Queues<P, IN, OUT> {
-    fn begin_step(&mut self) {
+    fn begin_step(&mut self, unwanted: Topics) {
+        self.unwanted = unwanted;
         self.sent.begin_step();
     }
 
     fn push(&mut self, frame: Received) {
-        self.received.push(&frame.bytes, (frame.sender, frame.place));
+        self.received.push_except(&frame.bytes, (frame.sender, frame.place), self.unwanted);
     }
 
     fn pop(&mut self) -> Option<Received> {

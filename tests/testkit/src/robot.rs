@@ -112,7 +112,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
         if let Some(fault) = self.fault {
             return Err(fault);
         }
-        self.host.link.begin_step();
+        self.host.link.begin_step(self.vm.unwanted_topics());
         if !self.vm.begin(entry) {
             return Ok(());
         }

@@ -24,7 +24,10 @@ fn messages_with_the_robots_own_id_are_counted_and_ignored() {
 fn robots_of_one_script_understand_each_other() {
     let script = "function init() {
             s = stigmergy.create(1)
-            s.onconflict(function(key, local, remote) { return local })
+            s.onconflict(function(key, local, remote) {
+              if(local.robot > remote.robot) return local
+              return remote
+            })
             w = swarm.create(1)
             w.join()
             neighbors.listen(\"x\", function(topic, value, robot) { s.put(\"k\", value) })
@@ -33,7 +36,7 @@ fn robots_of_one_script_understand_each_other() {
     let mut swarm: Swarm<Tiny> = Swarm::new(1, script);
     swarm.steps(5);
     assert_eq!(swarm.robots[0].counters(), NetworkCounters::default());
-    let mut swarm: Swarm<Tiny> = Swarm::new(2, &script.replace("return local", "return remote"));
+    let mut swarm: Swarm<Tiny> = Swarm::new(2, &script.replace("robot >", "robot <"));
     swarm.steps(40);
     for robot in &swarm.robots {
         assert_eq!(robot.counters(), NetworkCounters::default());
@@ -84,9 +87,10 @@ fn messages_with_another_hash_are_foreign() {
                 Message::<P>::Entry(StigmergyEntry { stigmergy: 1, owner: 2, clock: 3, key, value })
             };
             let four_bits = if P::FULL { 0xf0ff_ffff } else { 0xf000_0000 };
+            let ten_bits = if P::FULL { 0xc0ff_ffff } else { 0xc000_00ff };
             for (message, carried) in [
                 (Message::Beacon { robot: 2 }, u32::MAX),
-                (Message::Digest { robot: 2, digest: 9 }, u32::MAX),
+                (Message::Digest { robot: 2, digest: 9, floor: 8 }, ten_bits),
                 (Message::Swarms { robot: 2, swarms }, 0xffff),
                 (Message::Broadcast { robot: 2, topic, value: number }, 0xff_ffff),
                 (Message::Broadcast { robot: 2, topic, value: string }, 0xff_ffff),

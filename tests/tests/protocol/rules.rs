@@ -188,16 +188,18 @@ fn a_step_sends_four_new_entries() {
     assert!(second.len() <= 6 && third.len() <= 6, "{second:?} {third:?}");
 }
 
-/// Robots that ask for more have eight swarms and a hundred entries.
+/// Robots that ask for more have eight swarms and a hundred stigmergies. They have all entries.
 #[test]
 fn sizes_are_clamped() {
     let sizes = Sizes { swarms: 20, entries: 200, ..SIZES };
-    for (what, count, code) in
-        [("swarm.create(i)", 8, FaultCode::TooMany), ("s.put(i, 1)", 100, FaultCode::StoreFull)]
-    {
+    for (what, count, code) in [
+        ("swarm.create(i)", 8, FaultCode::TooMany),
+        ("stigmergy.create(i)", 100, FaultCode::TooMany),
+        ("s.put(i, 1)", 200, FaultCode::StoreFull),
+    ] {
         let script = format!(
             "function init() {{ s = stigmergy.create(1) var i = 0
-                while(i < 150) {{ log(i) {what} i = i + 1 }} }}"
+                while(i < 250) {{ log(i) {what} i = i + 1 }} }}"
         );
         let image = Program::new::<Tiny>(&script).leak();
         let mut robot: TestRobot<Tiny, _, 2000> = TestRobot::new(image, 1, sizes);

@@ -142,12 +142,17 @@ fn machine() -> String {
 
 /// The rows of the table of slices: a title, and the scripts of tests/hil of which the longest slice
 /// counts.
-const SLICES: [(&str, &[&str]); 5] = [
+const SLICES: [(&str, &[&str]); 7] = [
     ("loop", &["loop"]),
     ("functions of `math`; on the Kilobot `%` and `/` of floats", &["maths", "floats"]),
-    ("a table that fills the memory", &["pairs", "foreach", "tables"]),
-    ("a full heap that is collected all the time", &["garbage", "seldom"]),
-    ("the longest message into a full queue", &["messages", "other messages"]),
+    ("a table that fills the memory", &["pairs", "foreach", "tables", "array"]),
+    ("a table of texts with 255 characters as keys", &["text keys"]),
+    (
+        "a full heap that is collected all the time",
+        &["garbage", "seldom", "list", "texts", "calls", "iterations"],
+    ),
+    ("the longest message into a full queue", &["messages", "other messages", "entries"]),
+    ("`log` of a table that fills the memory", &["log of a table"]),
 ];
 
 fn slices() -> String {

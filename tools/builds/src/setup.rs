@@ -2,7 +2,7 @@
 //! rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
-use crate::shell::{Invocation, is_installed, target};
+use crate::shell::{Invocation, at_once, is_installed, target};
 use anyhow::{Result, bail};
 use fs_err as fs;
 use std::path::{Path, PathBuf};
@@ -80,8 +80,9 @@ pub fn run() -> Result<()> {
         [] => println!("All Debian packages are there."),
         missing => println!("Needed and missing: the Debian packages {}.", missing.join(", ")),
     }
-    rust()?;
-    install(&missing)
+    // The one waits for the network while the other unpacks.
+    at_once(rust, || install(&missing))?;
+    Ok(())
 }
 
 /// Installs the toolchains, components and targets of each `rust-toolchain.toml`. No network is

@@ -3,13 +3,14 @@
 use super::NoCell;
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
+use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
 /// The number of captured values in the closure's first cell, after function and self.
 const IN_HEAD: usize = CELL - 3;
 const IN_CELL: usize = CELL - 1;
 
-impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
+impl<P: Profile, S: Slots<P>> Arena<P, S> {
     /// Makes a closure of `function` with the values in slots `from..to`: first its self if it
     /// `has_self`, then the captured values.
     pub(crate) fn new_closure(
@@ -91,12 +92,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arena::TestArena;
     use crate::number::Tiny;
 
     #[test]
     fn captures_any_number_of_values() {
         for count in 0..40 {
-            let mut memory: Arena<Tiny, 200> = Arena::full();
+            let mut memory: TestArena<Tiny, 200> = Arena::full();
             memory.set(0, Value::int(9));
             for slot in 0..count {
                 memory.set(1 + slot, Value::int(100 + slot as i32));

@@ -31,7 +31,8 @@
 //! A collection may therefore happen at any call and at any allocation, and a value that an instruction
 //! still needs must lie in a slot. Roots are the globals, the frames, and the keys and values of the
 //! stigmergies; `Vm::collect` passes them to [`Arena::mark`] one by one. `docs/performance.md` has the
-//! longest slice of a script with a full heap on each chip.
+//! longest slice of a script with a full heap on each chip. [`super::pausing`] has the collector of
+//! chips with much memory.
 
 use super::{FREE, LIVE};
 use crate::arena::{Arena, CELL};
@@ -41,14 +42,14 @@ use crate::value::{Tag, Value};
 
 /// The header tag of a marked cell. The payload of a header is its link, so a marked header looks
 /// like a reference to the linked cell, and marking follows it like any other reference.
-const MARKED: u8 = LIVE.byte() | Tag::HEAP_BIT;
+pub(super) const MARKED: u8 = LIVE.byte() | Tag::HEAP_BIT;
 /// The first bit in the header's tag of the number, 0 to 6, of the slot that is being followed.
-const FOLLOWED_SHIFT: u8 = 5;
+pub(super) const FOLLOWED_SHIFT: u8 = 5;
 
-impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
+impl<P: Profile, S: Slots<P>> Arena<P, S> {
     /// Returns true if the slot holds a reference to a cell, or the header of a marked cell.
     #[hot]
-    fn leads_on(&self, at: usize) -> bool {
+    pub(super) fn leads_on(&self, at: usize) -> bool {
         self.slots.tag_at(at).byte() & Tag::HEAP_BIT != 0
     }
 
@@ -129,13 +130,14 @@ mod tests {
     extern crate std;
 
     use super::*;
+    use crate::arena::TestArena;
     use crate::number::Tiny;
     use std::boxed::Box;
     use std::vec::Vec;
 
     #[test]
     fn keeps_a_list_as_long_as_the_memory() {
-        let mut memory: Box<Arena<Tiny, 60_000>> = Box::new(Arena::full());
+        let mut memory: Box<TestArena<Tiny, 60_000>> = Box::new(Arena::full());
         let mut list = Value::nil();
         let mut length = 0;
         while let Ok(node) = memory.new_table() {
@@ -165,7 +167,7 @@ mod tests {
             (state >> 16) as usize % below
         };
         for round in 0..200 {
-            let mut memory: Arena<Tiny, 3000> = Arena::full();
+            let mut memory: TestArena<Tiny, 3000> = Arena::full();
             let nodes: Vec<Value<Tiny>> = (0..40).map(|_| memory.new_table().unwrap()).collect();
             let mut edges: Vec<(usize, usize)> = Vec::new();
             for _ in 0..random(90) {

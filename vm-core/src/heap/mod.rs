@@ -18,9 +18,12 @@
 
 mod closure;
 mod collect;
+mod pausing;
 mod table;
 mod text;
 
+pub use pausing::{Collection, CollectionState};
+pub(crate) use pausing::{Phase, Progress, Repeat};
 pub(crate) use table::ITERATION;
 pub(crate) use table::{VISIT, Visit};
 pub(crate) use text::{TextBuilder, TextCursor};

@@ -13,6 +13,7 @@ use core::num::NonZeroUsize;
 use super::NoCell;
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
+use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
 /// The number of values in an array cell.
@@ -81,7 +82,17 @@ impl Visit {
     }
 }
 
-impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
+/// The result of a search among the pairs of a table.
+struct PairSearch {
+    /// The slot of the key, 0 if there is no such pair.
+    found: usize,
+    /// The slot of the key of the first free pair, 0 if there is none before the key.
+    free: usize,
+    /// The last cell that was visited.
+    last: usize,
+}
+
+impl<P: Profile, S: Slots<P>> Arena<P, S> {
     /// Makes an empty table.
     pub(crate) fn new_table(&mut self) -> Result<Value<P>, NoCell> {
         let cell = self.take_cell()?.get();
@@ -275,6 +286,37 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
         }
     }
 
+    /// Searches a pair like [`Arena::find_pair`], and finds in the same pass what an insertion of the
+    /// key needs: in a large memory each pass over the pairs takes long.
+    #[one_copy]
+    fn search_pairs(&self, table: usize, key: Value<P>) -> PairSearch {
+        let is_text = key.is(Tag::TEXT);
+        let mut search = PairSearch { found: 0, free: 0, last: table };
+        let mut at = table + HEAD;
+        loop {
+            let end = search.last + CELL;
+            while at < end {
+                let tag = self.slots.tag_at(at);
+                if tag == key.tag() {
+                    let here = self.get_fast(at);
+                    if here.same(key) || is_text && self.same_text(here, key) {
+                        search.found = at;
+                        return search;
+                    }
+                } else if tag == Tag::NIL && search.free == 0 {
+                    search.free = at;
+                }
+                at += 2;
+            }
+            let next = self.link(search.last);
+            if next == 0 {
+                return search;
+            }
+            search.last = next;
+            at = next + 1;
+        }
+    }
+
     /// Returns the value under a normalized key, nil if there is none.
     #[one_copy]
     pub(crate) fn table_get(&self, table: usize, key: Value<P>) -> Value<P> {
@@ -289,7 +331,11 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
     /// Returns the value of the pair with a normalized key, nil if there is none.
     #[one_copy]
     pub(crate) fn pair(&self, table: usize, key: Value<P>) -> Value<P> {
-        let slot = self.find_pair(table, key);
+        let slot = if Self::PAUSES {
+            self.search_pairs(table, key).found
+        } else {
+            self.find_pair(table, key)
+        };
         if slot == 0 { Value::nil() } else { self.get_fast(slot + 1) }
     }
 
@@ -314,7 +360,13 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             }
             return Ok(());
         }
-        let mut slot = self.find_pair(table, key);
+        let mut pairs = PairSearch { found: 0, free: 0, last: table };
+        let mut slot = if Self::PAUSES {
+            pairs = self.search_pairs(table, key);
+            pairs.found
+        } else {
+            self.find_pair(table, key)
+        };
         if slot != 0 {
             if value.is_nil() {
                 self.set(slot, value);
@@ -328,9 +380,9 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
             }
             self.set(table + LENGTH, Value::int(length as i32 + 1));
         } else {
-            slot = self.find_pair(table, Value::nil());
+            slot = if Self::PAUSES { pairs.free } else { self.find_pair(table, Value::nil()) };
             if slot == 0 {
-                slot = self.extend(table)?.get() + 1;
+                slot = self.extend(pairs.last)?.get() + 1;
             }
             self.set(slot, key);
         }
@@ -461,10 +513,11 @@ mod tests {
     extern crate std;
 
     use super::*;
+    use crate::arena::TestArena;
     use crate::number::{Full, Tiny};
     use std::vec::Vec;
 
-    type Memory = Arena<Tiny, 2000>;
+    type Memory = TestArena<Tiny, 2000>;
 
     fn key(number: i32) -> Value<Tiny> {
         // Even numbers are integer keys, odd ones strings.
@@ -632,7 +685,7 @@ mod tests {
 
     #[test]
     fn a_full_heap_changes_nothing() {
-        let mut memory: Arena<Tiny, 30> = Arena::full();
+        let mut memory: TestArena<Tiny, 30> = Arena::full();
         memory.reserved = 1;
         let table = memory.new_table().unwrap().index();
         let mut stored = 0;
@@ -650,7 +703,7 @@ mod tests {
 
     #[test]
     fn keys_of_the_full_profile_are_not_cut() {
-        let mut memory: Arena<Full, 200> = Arena::full();
+        let mut memory: TestArena<Full, 200> = Arena::full();
         let table = memory.new_table().unwrap().index();
         memory.table_set(table, Value::int(0), Value::int(1)).unwrap();
         for key in [0x1_0000, -0x1_0000, i32::MIN] {

@@ -5,6 +5,7 @@
 use super::NoCell;
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
+use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
 const SLOT_BYTES: usize = 4;
@@ -39,7 +40,7 @@ impl TextCursor {
     }
 }
 
-impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
+impl<P: Profile, S: Slots<P>> Arena<P, S> {
     /// Begins an empty text, which must be on the stack before a collection.
     pub(crate) fn new_text(&mut self) -> Result<TextBuilder, NoCell> {
         let head = self.take_cell()?.get();
@@ -114,25 +115,26 @@ impl<P: Profile, const SLOTS: usize> Arena<P, SLOTS> {
 
     #[one_copy]
     fn same_bytes(&self, a: usize, b: usize) -> bool {
-        let (mut a, mut b) = (self.text_start(a), self.text_start(b));
-        if a.left != b.left {
-            return false;
-        }
-        while let Some(byte) = self.text_next(&mut a) {
-            if self.text_next(&mut b) != Some(byte) {
-                return false;
+        // Unused bytes are zero, and unused slots nil, so equal texts have equal slots. The first
+        // slot is the length.
+        let (mut a, mut b) = (a, b);
+        while (1..CELL).all(|place| self.get_fast(a + place).same(self.get_fast(b + place))) {
+            (a, b) = (self.link(a), self.link(b));
+            if a == 0 || b == 0 {
+                return true;
             }
         }
-        true
+        false
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::arena::TestArena;
     use crate::number::Full;
 
-    fn push(memory: &mut Arena<Full, 400>, text: &mut TextBuilder, byte: u8) {
+    fn push(memory: &mut TestArena<Full, 400>, text: &mut TextBuilder, byte: u8) {
         if !memory.text_put(text, byte) {
             memory.text_grow(text).unwrap();
             assert!(memory.text_put(text, byte));
@@ -141,7 +143,7 @@ mod tests {
 
     #[test]
     fn holds_every_byte_of_any_length() {
-        let mut memory: Arena<Full, 400> = Arena::full();
+        let mut memory: TestArena<Full, 400> = Arena::full();
         for length in [0, 1, 3, 4, 5, 19, 20, 21, 43, 44, 45, 68, 69, 150] {
             let mut text = memory.new_text().unwrap();
             for index in 0..length {
@@ -163,7 +165,7 @@ mod tests {
 
     #[test]
     fn equal_bytes_are_the_same_text() {
-        let mut memory: Arena<Full, 400> = Arena::full();
+        let mut memory: TestArena<Full, 400> = Arena::full();
         let mut make = |bytes: &[u8]| {
             let mut text = memory.new_text().unwrap();
             bytes.iter().for_each(|byte| push(&mut memory, &mut text, *byte));

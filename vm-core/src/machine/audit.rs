@@ -15,11 +15,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.accesses()
     }
 
+    /// Returns the number of steps of collections since the machine was made, if they may pause. A
+    /// step visits a cell or a root.
+    pub fn collector_steps(&self) -> u64 {
+        self.arena.steps
+    }
+
     /// Collects, and returns the first error in the memory of a script that has not stopped.
     pub fn audit(&mut self) -> Result<(), &'static str> {
         if self.loaded().is_none() || matches!(self.state, VmState::Faulted(_)) {
             return Ok(());
         }
+        self.end_pause();
         self.audit_stack()?;
         self.collect();
         self.audit_stack()?;

@@ -7,6 +7,7 @@ use core::ops::Range;
 use super::network::Protocol;
 use super::{Vm, VmState};
 use crate::bytecode::ByteCode;
+use crate::heap::CollectionState;
 use crate::number::{Profile, TextWork};
 use crate::slots::Slots;
 use crate::value::Tag;
@@ -27,6 +28,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let arena = &self.arena;
         (arena.top() as u16, arena.bottom, arena.free, arena.reserved).hash(hasher);
         (arena.floor, arena.pressed, arena.allocated).hash(hasher);
+        if self.pauses() {
+            arena.collection.get().hash(hasher);
+        }
         let network = self.network_base();
         // Slots between frames and heap are written before they are read.
         self.hash_slots(0..usize::from(*sp), hasher);
@@ -52,10 +56,12 @@ impl Protocol {
         let Protocol { sizes, stigmergies, step, last_sender, shares, has_dirty_entries, .. } =
             self;
         (sizes, stigmergies, step, last_sender, shares, has_dirty_entries).hash(hasher);
-        let Protocol { messages_left, in_message, conflict, is_resting, silent, .. } = self;
-        (messages_left, in_message, *conflict as u8, is_resting, silent).hash(hasher);
-        let Protocol { interval, timers, newest, advertised, relayed, answers, .. } = self;
-        (interval, timers, newest, advertised, relayed, answers).hash(hasher);
+        let Protocol { messages_left, topics, in_message, conflict, is_resting, silent, .. } = self;
+        (messages_left, topics, in_message, *conflict as u8, is_resting, silent).hash(hasher);
+        let Protocol { interval, timers, newest, is_unheard, advertised, .. } = self;
+        (interval, timers, newest, is_unheard, advertised).hash(hasher);
+        let Protocol { relayed, answers, .. } = self;
+        (relayed, answers).hash(hasher);
         let Protocol { reclaimed, age, turn, unadvertised, has_dropped, meets_beacon, .. } = self;
         (reclaimed, age, turn, unadvertised, has_dropped, meets_beacon).hash(hasher);
         let Protocol { digest, clock, jitter, counters, .. } = self;

@@ -148,6 +148,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
         }
 
+        // The position of the running instruction, on a machine that may have to repeat it.
+        let mut start = 0;
         let mut has_returned = false;
         loop {
             pc = usize::from(self.pc);
@@ -155,7 +157,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             fp = usize::from(self.fp);
             // The instruction that ended the inner loop may have taken long, unless it was a
             // return.
-            if !H::IS_TIMED && !has_returned && host.is_slice_over() {
+            let mut is_over = !H::IS_TIMED && !has_returned && host.is_slice_over();
+            if Self::PAUSES {
+                is_over |= self.begins_collection(pc);
+            }
+            if is_over {
                 budget = 0;
             }
             has_returned = false;
@@ -188,6 +194,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     break 'run LoopExit::SliceOver;
                 }
 
+                if Self::PAUSES {
+                    start = pc;
+                }
                 if Self::DIRECT {
                     (op, arg) = table::fetch(code, pc);
                     pc = pc.wrapping_add(1);
@@ -514,6 +523,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             };
             self.pc = pc as u16;
             self.sp = sp as u16;
+            let frame = self.fp;
             match left {
                 LoopExit::SliceOver => return Ok(Flow::Continue),
                 // Calls are the most frequent slow instructions. Here they need no second search
@@ -522,7 +532,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     let count = arg as u8;
                     let callee = get!(sp.wrapping_sub(usize::from(count)).wrapping_sub(1));
                     let below = op.wrapping_sub(opcode::CALL - 1);
-                    contained!(self.call(host, callee, count, below));
+                    if Self::PAUSES {
+                        self.allow_repeat(matches!(callee.tag(), Tag::FUNCTION | Tag::CLOSURE));
+                    }
+                    let called = self.call(host, callee, count, below);
+                    if Self::PAUSES && self.repeats(start, sp, frame) {
+                        return Ok(Flow::Continue);
+                    }
+                    contained!(called);
                     budget = self.charge_text_work(host, budget);
                 }
                 LoopExit::Undone => {
@@ -530,7 +547,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     if Self::DIRECT && op & 0x40 == 0 {
                         arg = 0;
                     }
-                    contained!(self.slow(host, op, arg as i16));
+                    if Self::PAUSES {
+                        self.allow_repeat(Self::is_repeatable(op, arg as u8));
+                    }
+                    let done = self.slow(host, op, arg as i16);
+                    if Self::PAUSES && self.repeats(start, sp, frame) {
+                        return Ok(Flow::Continue);
+                    }
+                    contained!(done);
                     budget = self.charge_text_work(host, budget);
                 }
                 LoopExit::Returned => has_returned = true,
@@ -607,6 +631,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let table = self.arena.get_fast(table);
         let value = self.arena.get_fast(sp.wrapping_sub(1));
         Self::ALLOCATES_QUICKLY
+            && !(Self::PAUSES && self.wants_collection(false))
             && table.is(Tag::TABLE)
             && self.arena.table_set(table.index(), key, value).is_ok()
     }

@@ -64,6 +64,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.arena.pressed {
             return Err(self.fail(FaultCode::OutOfMemory));
         }
+        self.want_repeat()?;
         self.collect();
         self.arena.pressed = true;
         Ok(())
@@ -205,7 +206,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the overlay, and makes it if there is none.
     fn make_overlay(&mut self, library: Value<P>) -> Result<Value<P>, Stopped> {
         let found = self.registered(library);
-        if !found.is_nil() {
+        let is_made = if Self::PAUSES { found.is(Tag::TABLE) } else { !found.is_nil() };
+        if is_made {
             return Ok(found);
         }
         // A placeholder takes the key's pair first, so that storing the new table needs no cell. An

@@ -16,6 +16,7 @@
 mod audit;
 mod builtins;
 mod call;
+mod collection;
 mod compare;
 mod decode;
 mod digest;
@@ -77,10 +78,18 @@ impl Native {
 }
 
 /// Read access to the script's memory and image.
-#[derive(Clone, Copy)]
 pub(crate) struct MemoryView<'a, P: Profile, C: ByteCode, const SLOTS: usize> {
-    pub(crate) arena: &'a Arena<P, SLOTS>,
+    pub(crate) arena: &'a Arena<P, C::Slots<P, SLOTS>>,
     program: Option<Verified<'a, C>>,
+}
+
+// Derived, these would need slots that can be copied.
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Copy for MemoryView<'_, P, C, SLOTS> {}
+
+impl<P: Profile, C: ByteCode, const SLOTS: usize> Clone for MemoryView<'_, P, C, SLOTS> {
+    fn clone(&self) -> Self {
+        *self
+    }
 }
 
 /// The end of a run.
@@ -142,7 +151,7 @@ pub struct Vm<P: Profile, C: ByteCode, const SLOTS: usize> {
     uses_network: bool,
     protocol: Protocol,
     // Last, so that the AVR reaches the other fields with short instructions.
-    arena: Arena<P, SLOTS>,
+    arena: Arena<P, C::Slots<P, SLOTS>>,
 }
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
@@ -237,7 +246,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         &mut self,
         code: C,
         slots: usize,
-        check: impl FnOnce(&mut ImageHeader, &mut Arena<P, SLOTS>) -> Result<(), ImageError>,
+        check: impl FnOnce(
+            &mut ImageHeader,
+            &mut Arena<P, C::Slots<P, SLOTS>>,
+        ) -> Result<(), ImageError>,
     ) -> Result<(), ImageError> {
         self.code = None;
         self.state = VmState::Empty;
@@ -285,6 +297,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Starts an entry, which [`Vm::run`] then runs. Returns false if the script does not have it,
     /// or cannot run now.
     pub fn begin(&mut self, entry: Entry) -> bool {
+        self.end_pause();
         let is_restart = entry == Entry::Global && self.state == VmState::Resting;
         let Some(program) = self.program() else { return false };
         if self.state != VmState::Idle && !is_restart {
@@ -355,8 +368,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         true
     }
 
-    /// Runs at most `budget` instructions.
+    /// Runs at most `budget` instructions. A collection of garbage that is running takes its steps
+    /// from the budget, too.
     pub fn run<H: Host<P>>(&mut self, host: &mut H, budget: u16) -> Outcome {
+        let mut budget = budget;
+        if self.is_paused() {
+            match self.go_on(host, budget) {
+                Ok(left) => budget = left,
+                Err(outcome) => return outcome,
+            }
+        }
         let flow = if self.state == VmState::Running {
             self.interpret(host, budget)
         } else {
@@ -365,6 +386,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         match flow {
             Ok(Flow::Done) => {
                 self.finish();
+                if self.pauses() {
+                    return self.end_in_slices();
+                }
                 self.send_changes(host);
                 Outcome::Done
             }
@@ -385,6 +409,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.state == VmState::Empty {
             return;
         }
+        self.end_pause();
         let base = GLOBALS + usize::from(self.header.globals());
         self.arena.fill(OVERLAYS, base);
         self.fp = base as u16;
@@ -446,7 +471,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let base = usize::from(self.fp);
             self.arena.reserved = self.fp;
             if self.arena.unused() < (self.arena.top() - base) / 4 {
-                self.collect();
+                if self.pauses() {
+                    self.begin_collection();
+                } else {
+                    self.collect();
+                }
             }
         }
     }
@@ -454,6 +483,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Frees all cells that the script cannot reach.
     #[one_copy]
     fn collect(&mut self) {
+        if self.pauses() {
+            return self.collect_at_once();
+        }
         let (mut pc, mut fp) = (usize::from(self.pc), usize::from(self.fp));
         let mut slot = usize::from(self.sp);
         // While changed entries are sent, the outermost frame is left already, so no slot of the
@@ -500,6 +532,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[one_copy]
     fn ensure(&mut self, limit: usize) -> Result<(), Stopped> {
         if limit > usize::from(self.arena.bottom) {
+            self.want_repeat()?;
             self.collect();
             if limit > usize::from(self.arena.bottom) {
                 return Err(self.fail(FaultCode::StackOverflow));

@@ -34,7 +34,11 @@ const KEY: usize = 6;
 const INFO: usize = 5;
 /// Swarms: their numbers.
 const IDS: usize = 6;
-/// Digest: the sum of 24 bits.
+/// Digest: the lower bits of the clock floor. The next byte has its upper bits, and [`FLOOR_HASH`].
+const FLOOR: usize = 4;
+/// Digest: the bits of the script's hash next to the upper bits of the floor.
+const FLOOR_HASH: u8 = 0xc0;
+/// Digest: the sum of 24 bits, then in `full` bits of the script's hash.
 const SUM: usize = 7;
 
 /// A frame in a buffer that holds the longest frame of its profile, so that no position in it needs
@@ -97,7 +101,7 @@ impl<P: Profile> Frame<P> {
                 6 + 2 * count
             }
             FrameKind::Beacon => 7,
-            FrameKind::Digest => 10,
+            FrameKind::Digest => 10 + if P::FULL { 3 } else { 0 },
             FrameKind::Fragment => FRAGMENT_HEAD as u8,
         };
         Some(usize::from(length))
@@ -112,7 +116,14 @@ impl<P: Profile> Frame<P> {
         let first = self.byte(0);
         let foreign = match kind {
             FrameKind::Fragment => 0,
-            FrameKind::Beacon | FrameKind::Digest => self.mix_three(3, hash) | self.mix(6, h3),
+            FrameKind::Beacon => self.mix_three(3, hash) | self.mix(6, h3),
+            FrameKind::Digest => {
+                let mut foreign = self.mix(3, h0) | self.mix(6, h3 & FLOOR_HASH) & FLOOR_HASH;
+                if P::FULL {
+                    foreign |= self.mix_three(SUM + 3, hash);
+                }
+                foreign
+            }
             FrameKind::Swarms => self.mix(3, h0) | self.mix(4, h1),
             FrameKind::Broadcast => {
                 self.mix_three(TOPIC + 2 * P::WORD_BYTES, hash)
@@ -241,7 +252,7 @@ impl<P: Profile> Frame<P> {
         StigmergyEntry {
             stigmergy: u16::from((first / STIGMERGY).wrapping_sub(1)),
             owner: self.robot(),
-            clock: u32::from_le_bytes([self.byte(3), self.byte(4), self.byte(5), 0]),
+            clock: self.three(3),
             key: self.word(key, KEY),
             value: self.value(KEY + P::WORD_BYTES),
         }
@@ -266,19 +277,31 @@ impl<P: Profile> Frame<P> {
         self.set_number(ROBOT, robot);
     }
 
-    /// Returns the digest of the sender's stigmergies.
+    /// Returns the digest of the sender's stigmergies, and its clock floor.
     #[hot]
-    pub(crate) fn digest(&self) -> u32 {
-        u32::from(self.number(SUM)) | u32::from(self.byte(SUM + 2)) << 16
+    pub(crate) fn digest(&self) -> (u32, u32) {
+        (self.three(SUM), self.three(FLOOR))
     }
 
-    /// Makes an empty frame an open beacon with a digest of 24 bits.
+    /// Makes an empty frame an open beacon with a digest of 24 bits and a clock.
     #[hot]
-    pub(crate) fn put_digest(&mut self, robot: u16, digest: u32) {
+    pub(crate) fn put_digest(&mut self, robot: u16, digest: u32, floor: u32) {
         self.put_beacon(robot);
         self.set_byte(0, DIGEST);
-        self.set_number(SUM, digest as u16);
-        self.set_byte(SUM + 2, (digest >> 16) as u8);
+        self.set_three(FLOOR, floor);
+        self.set_three(SUM, digest);
+    }
+
+    /// Returns a number of 24 bits.
+    #[hot]
+    fn three(&self, at: usize) -> u32 {
+        u32::from_le_bytes([self.byte(at), self.byte(at + 1), self.byte(at + 2), 0])
+    }
+
+    #[hot]
+    fn set_three(&mut self, at: usize, number: u32) {
+        self.set_number(at, number as u16);
+        self.set_byte(at + 2, (number >> 16) as u8);
     }
 
     /// Makes an empty frame an open broadcast; `None` if the value does not fit.
@@ -297,8 +320,7 @@ impl<P: Profile> Frame<P> {
     #[one_copy]
     pub(crate) fn put_entry(&mut self, entry: &StigmergyEntry<P>, digest: u16) -> Option<()> {
         self.set_number(ROBOT, entry.owner);
-        self.set_number(3, entry.clock as u16);
-        self.set_byte(5, (entry.clock >> 16) as u8);
+        self.set_three(3, entry.clock);
         self.set_number(KEY, entry.stigmergy);
         self.set_number(KEY + 2, digest);
         let string = match entry.key.tag() {

@@ -15,7 +15,8 @@ mod plain;
 mod waiting;
 
 pub use check::crc16;
-pub use waiting::{is_broadcast, replaces, replaces_content};
+pub(crate) use waiting::TOPIC_BYTES;
+pub use waiting::{Topics, is_broadcast, replaces, replaces_content, topic_of, topic_set};
 
 use crate::number::Profile;
 use crate::value::{Tag, Value};
@@ -75,6 +76,8 @@ pub enum Message<'a, P: Profile> {
         robot: u16,
         /// The sum over its entries, of 24 bits. Equal sums mean equal replicas.
         digest: u32,
+        /// The latest clock of a deletion that it has forgotten, 0 if there is none.
+        floor: u32,
     },
     /// Memberships of a robot in swarms.
     Swarms {

@@ -18,7 +18,10 @@ impl<'a, P: Profile> Message<'a, P> {
         let robot = frame.robot();
         Ok(match kind {
             FrameKind::Beacon => Message::Beacon { robot },
-            FrameKind::Digest => Message::Digest { robot, digest: frame.digest() },
+            FrameKind::Digest => {
+                let (digest, floor) = frame.digest();
+                Message::Digest { robot, digest, floor }
+            }
             FrameKind::Swarms => Message::Swarms { robot, swarms: frame.swarms() },
             // It has no content.
             FrameKind::Fragment => return Err(Ignored::Malformed),
@@ -43,8 +46,12 @@ impl<'a, P: Profile> Message<'a, P> {
                 return Some(head.len().wrapping_add(fragment.content.len()));
             }
             Message::Beacon { robot } => frame.put_beacon(*robot),
-            Message::Digest { digest, .. } if *digest >> 24 != 0 => return None,
-            Message::Digest { robot, digest } => frame.put_digest(*robot, *digest),
+            Message::Digest { digest, floor, .. } if *digest >> 24 != 0 || *floor > CLOCK_MAX => {
+                return None;
+            }
+            Message::Digest { robot, digest, floor } => {
+                frame.put_digest(*robot, *digest, *floor);
+            }
             Message::Swarms { robot, swarms } => frame.put_swarms(*robot, swarms),
             Message::Broadcast { robot, topic, value } => {
                 frame.put_broadcast(*robot, *topic, *value)?;

@@ -3,6 +3,7 @@
 
 use super::FrameKind;
 use super::content::{BROADCAST, TEXT};
+use super::{FRAGMENT, LAST};
 use crate::number::Profile;
 use crate::stamp::is_earlier;
 
@@ -11,8 +12,6 @@ const CLOCK: u8 = 0x18;
 const ROBOT: usize = 1;
 const TOPIC: usize = 3;
 const KEY: usize = 6;
-/// The number of bytes of the hash after the robot in a beacon.
-const HASH: usize = 4;
 /// The number of bytes of the check after the words of a frame.
 const CHECK: usize = 3;
 
@@ -33,8 +32,9 @@ pub fn replaces<P: Profile>(kind: FrameKind, new: &[u8], waiting: &[u8], is_stal
             let check = TOPIC + words;
             (0xfc, bytes(ROBOT, TOPIC + P::WORD_BYTES) | bytes(check, check + CHECK))
         }
-        // The types of a beacon and of one with a digest differ in one bit.
-        FrameKind::Beacon | FrameKind::Digest => (0xfd, bytes(ROBOT, ROBOT + 2 + HASH)),
+        // The types of a beacon and of one with a digest differ in one bit. They share the first
+        // byte of the hash.
+        FrameKind::Beacon | FrameKind::Digest => (0xfd, bytes(ROBOT, ROBOT + 3)),
         // The mask has the stigmergy and the type of the key.
         FrameKind::Entry => {
             let check = KEY + words;
@@ -103,6 +103,39 @@ pub fn replaces_content<P: Profile>(new: &[u8], waiting: &[u8], is_stale: bool) 
         }
     }
     true
+}
+
+/// A set of topics: bit i stands for all topics whose number is i modulo 32. The number of a constant
+/// is the low byte of its word in frames; that of a text, the sum of its length and its first
+/// 32 bytes.
+pub type Topics = u32;
+
+/// The number of bytes by which topics differ. They are in the first fragment.
+pub(crate) const TOPIC_BYTES: usize = 32;
+
+/// Returns the set of all topics with that number.
+#[inline(always)]
+pub fn topic_set(number: u8) -> Topics {
+    1 << (number & 31)
+}
+
+/// Returns the topic of a broadcast, of a long one if the frame is its first fragment; the empty set
+/// for any other frame.
+#[inline(always)]
+pub fn topic_of<P: Profile>(frame: &[u8]) -> Topics {
+    let topic = match frame {
+        [0x04..=0x07, rest @ ..] => rest.get(TOPIC - 1),
+        [first, _, _, _, _, _, BROADCAST, tag, length, text @ ..] if first & !LAST == FRAGMENT => {
+            if P::FULL && *tag == TEXT {
+                let text = text.iter().take(TOPIC_BYTES.min(usize::from(*length)));
+                return topic_set(text.fold(*length, |sum, byte| sum.wrapping_add(*byte)));
+            }
+            // The low byte of the word.
+            Some(length)
+        }
+        _ => None,
+    };
+    topic.map_or(0, |topic| topic_set(*topic))
 }
 
 /// Returns the clock of an entry.

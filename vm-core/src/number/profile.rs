@@ -10,6 +10,7 @@ use super::float::Float;
 use super::float16::F16;
 use super::tables::Polynomials;
 use super::word::Word;
+use crate::heap::CollectionState;
 use crate::message;
 use crate::network::{Buffer, content_bytes};
 use crate::rom;
@@ -53,6 +54,9 @@ pub trait Profile: sealed::Sealed + Stored + Copy + Default + Debug + 'static {
     type Content: Buffer;
     /// The time that work on text has taken. It is empty in the tiny profile, which has no text.
     type TextWork: TextWork;
+    /// The state of a collection that stops and goes on between slices. It is empty in the tiny
+    /// profile: chips with little memory collect at once.
+    type Collection: CollectionState;
     /// The machine's own tables.
     const ROM: &'static [u8];
     /// The tables of a machine without [`Part::Maths`](crate::Part::Maths).
@@ -279,6 +283,7 @@ impl Profile for Tiny {
     type Frame = [u8; message::TINY_FRAME];
     type Content = [u8; content_bytes(message::TINY_FRAME)];
     type TextWork = ();
+    type Collection = ();
 
     const NAME: &'static str = "tiny";
     const ID: u8 = 0;
@@ -317,6 +322,7 @@ impl Profile for Full {
     type Frame = [u8; message::FULL_FRAME];
     type Content = [u8; content_bytes(message::FULL_FRAME)];
     type TextWork = u16;
+    type Collection = crate::heap::Collection;
 
     const NAME: &'static str = "full";
     const ID: u8 = 1;

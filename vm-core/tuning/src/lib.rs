@@ -18,6 +18,20 @@ pub fn hot(_: TokenStream, function: TokenStream) -> TokenStream {
     with_attribute("#[inline(always)]", function)
 }
 
+/// The function becomes a part of each caller, but on a Cortex-M0.
+///
+/// For a few functions on the path of some instructions only. The Zooid, the smallest robot whose image has all parts of the
+/// machine, has the Cortex-M0, and no flash to spare: the copies of `order_of` alone take 96 bytes of it. Atomic instructions tell the
+/// Cortex-M0 from larger ones.
+#[proc_macro_attribute]
+pub fn warm(_: TokenStream, function: TokenStream) -> TokenStream {
+    let is_small = "all(target_arch = \"arm\", not(target_has_atomic = \"ptr\"))";
+    let attributes = format!(
+        "#[cfg_attr({is_small}, inline(never))] #[cfg_attr(not({is_small}), inline(always))]"
+    );
+    with_attribute(&attributes, function)
+}
+
 /// The function stays one copy, which all callers share.
 ///
 /// For functions whose copies take more flash than the calls. Without it the AVR's machine would be 9,880 bytes larger, of 42,561

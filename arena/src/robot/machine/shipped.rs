@@ -9,7 +9,7 @@ use bittybuzz_vm_core::message::{FULL_FRAME, TINY_FRAME};
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
 use crate::engine::FrameSighting;
-use crate::robot::context::GroupContext;
+use crate::robot::context::{GroupContext, KeptImage};
 use crate::robot::queue::Bounded;
 
 use super::{Loaded, Scripted};
@@ -27,6 +27,7 @@ type Exact<
     const LONG_OUT: usize,
 > = Scripted<
     P,
+    KeptImage,
     Bounded<Inbox<P, FrameSighting, FRAME, IN, LONG_IN>>,
     Bounded<Outbox<P, FRAME, OUT, LONG_OUT>>,
     SLOTS,

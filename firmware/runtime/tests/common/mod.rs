@@ -14,8 +14,11 @@ use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped, Scrip
 use bittybuzz_runtime::setpoint::{Channel, MotorDriver, SetpointWriter};
 use bittybuzz_runtime::tasks;
 use bittybuzz_vm_core::hash::name_hash;
+use bittybuzz_vm_core::message::Topics;
 use bittybuzz_vm_core::number::Full;
-use bittybuzz_vm_core::{Axis, ByteCode, CallArguments, Reply, RobotFault, Sighting, Sizes, Value};
+use bittybuzz_vm_core::{
+    Axis, ByteCode, CallArguments, Image, Reply, RobotFault, Sighting, Sizes, Value, Vm,
+};
 use embassy_time::{Duration, Instant, MockDriver};
 
 /// Locks and resets the clock, which all tests share.
@@ -86,7 +89,7 @@ impl<const ON_FAULT_STOPS: bool> RobotHost<Full> for Fake<ON_FAULT_STOPS> {
         None
     }
 
-    fn begin_step(&mut self) {
+    fn begin_step(&mut self, _: Topics) {
         note("begin step");
     }
 
@@ -209,13 +212,13 @@ pub fn run_robot<const ON_FAULT_STOPS: bool>(image: &[u8], radio: Frames, ms: u6
     let liveness: &'static Liveness<Task> = Box::leak(Box::new(Liveness::new()));
     let image: &'static [u8] = Box::leak(image.to_vec().into_boxed_slice());
     let robot = Fake::<ON_FAULT_STOPS> { setpoint: SetpointWriter::new(channel), radio };
-    let vm = Box::leak(Box::new(bittybuzz_vm_core::Vm::new()));
+    let vm = Box::leak(Box::new(Vm::new()));
     vm.set_network_capacity(SIZES);
     let mut script: ScriptTask<Full, &[u8], Fake<ON_FAULT_STOPS>, 400> =
         ScriptTask::new(vm, 7, robot, liveness.pulse(Task::Script), Box::leak(Box::new([0; 1024])));
     let both = async {
         let _ = script
-            .run(bittybuzz_vm_core::Image::new(image), is_function, 1, Duration::from_hz(10))
+            .run(|vm| vm.load(Image::new(image), is_function), 1, Duration::from_hz(10))
             .await;
         script.rest().await
     };

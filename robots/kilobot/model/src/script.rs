@@ -45,7 +45,7 @@ pub fn section(path: &Path, image: &[u8], robot: &Robot) -> Result<(u32, Vec<u8>
         }
     }
     let sealed = fit::sealed(image, &limited)
-        .map_err(|cause| unusable(format!("the script {}", refusal::sentence(&cause))))?;
+        .map_err(|cause| ScenarioCause::ScriptRefused { reason: refusal::sentence(&cause) })?;
     let most =
         robot.budget.map_or(FLASH_END, |budget| budget.flash_bytes).saturating_sub(at as u32);
     match script_section(parts, &sealed) {

@@ -86,7 +86,16 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "advertise_steps",
         ],
         BUDGET => &["flash_bytes", "ram_bytes"],
-        LAYOUT => &["application", "script", "script_log", "ram", "stack", "id", "settings"],
+        LAYOUT => &[
+            "application",
+            "script",
+            "script_log",
+            "script_sealed",
+            "ram",
+            "stack",
+            "id",
+            "settings",
+        ],
         REGION => &["address", "size"],
         FUNCTION => &["name", "accepts", "returns", "waits", "help", "sets", "reads", "logs"],
         TABLE => &["name", "fields", "help"],
@@ -135,13 +144,15 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         false => root.get("link").map(|entry| entry.word(&Medium::WORDS)),
     };
     let on_fault = root.get("on_fault").map(|entry| entry.word(&OnFault::WORDS));
-    let has_default_sizes = may_lack("vm");
-    let vm_section = match has_default_sizes {
+    let vm_section = match may_lack("vm") {
         true => None,
         false => required_section(root, "vm", VM),
     };
+    let has_memory = |section: &Section<'_>| section.get("memory").is_some();
+    let has_default_sizes = chip.is_none() && !vm_section.as_ref().is_some_and(has_memory);
     let vm = match &vm_section {
         None => has_default_sizes.then_some(DEFAULT_SIZES),
+        Some(section) if has_default_sizes => Some(sizes_of_computer(section)),
         Some(section) => vm_sizes(section),
     };
     let budget = root.section("budget", BUDGET).map(|section| budget(&section));
@@ -230,19 +241,19 @@ fn given<T>(value: Option<Option<T>>) -> Option<Option<T>> {
 
 const DEFAULT_TICK_HZ: u32 = 10;
 
-/// Sizes of the machine of a robot without a chip and without `[vm]`. The `memory` is computed from
-/// the other sizes.
+/// Sizes of the machine of a robot that has neither a chip nor a `memory`. They are those of a
+/// computer, whose memory is used on demand, and the `memory` is computed from them.
 const DEFAULT_SIZES: VmSizes = VmSizes {
     memory: 0,
-    slots: 400,
-    neighbors: 15,
+    slots: 10_000,
+    neighbors: NEIGHBORS_MAX,
     bearings: true,
-    in_queue: 10,
-    out_queue: 10,
+    in_queue: QUEUED_MAX,
+    out_queue: QUEUED_MAX,
     in_long: LONG_MAX,
     out_long: LONG_MAX,
-    stigmergy_entries: 32,
-    swarms: 8,
+    stigmergy_entries: 4000,
+    swarms: SWARMS_MAX,
     maths: true,
     beacon_steps: Periods::DEFAULT.beacon as u32,
     forget_steps: Periods::DEFAULT.forget as u32,
@@ -264,23 +275,59 @@ fn robot_name(root: &Section<'_>) -> Option<String> {
     Some(name)
 }
 
+/// The largest number of slots of a machine.
+const SLOTS_MAX: u32 = bittybuzz_vm_core::SLOTS_MAX as u32;
+const NEIGHBORS_MAX: u32 = u8::MAX as u32;
+const SWARMS_MAX: u32 = 8;
+/// The longest queue of a robot without a chip, and of a simulated robot.
+const QUEUED_MAX: u32 = crate::QUEUED_MAX;
+/// The largest number of entries of a robot with a chip, and of one without.
+const CHIP_ENTRIES_MAX: u32 = 255;
+const ENTRIES_MAX: u32 = bittybuzz_vm_core::ENTRIES_MAX as u32;
+
+/// Reads the sizes of a machine on a computer, where every key may be left out.
+fn sizes_of_computer(vm: &Section<'_>) -> VmSizes {
+    let usual = DEFAULT_SIZES;
+    let size = |key, range: RangeInclusive<u32>, usual| vm.integer(key, range).unwrap_or(usual);
+    VmSizes {
+        memory: usual.memory,
+        slots: size("slots", 32..=SLOTS_MAX, usual.slots),
+        neighbors: size("neighbors", 0..=NEIGHBORS_MAX, usual.neighbors),
+        bearings: vm.boolean("bearings").unwrap_or(usual.bearings),
+        in_queue: size("in_queue", 1..=QUEUED_MAX, usual.in_queue),
+        out_queue: size("out_queue", 1..=QUEUED_MAX, usual.out_queue),
+        in_long: size("in_long", 0..=LONG_MAX, usual.in_long),
+        out_long: size("out_long", 0..=LONG_MAX, usual.out_long),
+        stigmergy_entries: size("stigmergy_entries", 0..=ENTRIES_MAX, usual.stigmergy_entries),
+        swarms: size("swarms", 0..=SWARMS_MAX, usual.swarms),
+        maths: vm.boolean("maths").unwrap_or(usual.maths),
+        beacon_steps: size("beacon_steps", BEACON_STEPS, usual.beacon_steps),
+        forget_steps: size("forget_steps", FORGET_STEPS, usual.forget_steps),
+        advertise_steps: size("advertise_steps", ADVERTISE_STEPS, usual.advertise_steps),
+    }
+}
+
+const BEACON_STEPS: RangeInclusive<u32> = 1..=255;
+const FORGET_STEPS: RangeInclusive<u32> = 1..=126;
+const ADVERTISE_STEPS: RangeInclusive<u32> = 2..=150;
+
 fn vm_sizes(vm: &Section<'_>) -> Option<VmSizes> {
     let steps = |key, range: RangeInclusive<u32>, usual: u8| {
         vm.integer(key, range).unwrap_or(u32::from(usual))
     };
     let memory = integer(vm, "memory", 256..=262_144);
-    let slots = integer(vm, "slots", 32..=65_520);
-    let neighbors = integer(vm, "neighbors", 0..=255);
+    let slots = integer(vm, "slots", 32..=SLOTS_MAX);
+    let neighbors = integer(vm, "neighbors", 0..=NEIGHBORS_MAX);
     let in_queue = integer(vm, "in_queue", 1..=255);
     let out_queue = integer(vm, "out_queue", 1..=255);
     let long = |key| vm.integer(key, 0..=LONG_MAX).unwrap_or(1);
-    let stigmergy_entries = integer(vm, "stigmergy_entries", 0..=100);
-    let swarms = integer(vm, "swarms", 0..=8);
+    let stigmergy_entries = integer(vm, "stigmergy_entries", 0..=CHIP_ENTRIES_MAX);
+    let swarms = integer(vm, "swarms", 0..=SWARMS_MAX);
     let bearings = vm.boolean("bearings").unwrap_or(true);
     let maths = vm.boolean("maths").unwrap_or(true);
-    let beacon_steps = steps("beacon_steps", 1..=255, Periods::DEFAULT.beacon);
-    let forget_steps = steps("forget_steps", 1..=126, Periods::DEFAULT.forget);
-    let advertise_steps = steps("advertise_steps", 2..=150, Periods::DEFAULT.advertise);
+    let beacon_steps = steps("beacon_steps", BEACON_STEPS, Periods::DEFAULT.beacon);
+    let forget_steps = steps("forget_steps", FORGET_STEPS, Periods::DEFAULT.forget);
+    let advertise_steps = steps("advertise_steps", ADVERTISE_STEPS, Periods::DEFAULT.advertise);
     Some(VmSizes {
         memory: memory?,
         slots: slots?,
@@ -349,6 +396,7 @@ fn layout(section: &Section<'_>) -> Option<Layout> {
         application: application??,
         script: script??,
         script_log,
+        script_sealed: section.boolean("script_sealed").unwrap_or(false),
         ram: ram??,
         stack: given(stack)?,
         id: given(id)?,

@@ -27,6 +27,8 @@ impl Flash {
 }
 
 impl ByteCode for Flash {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     const ONLY: Option<Self> = Some(Flash);
 
     fn len(&self) -> usize {

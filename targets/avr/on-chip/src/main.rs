@@ -45,6 +45,8 @@ struct Slice {
 }
 
 impl ByteCode for Slice {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     // No image of a batch uses other robots, and the other parts of the machine would leave no room
     // for images.
     const PARTS: Parts = Parts::LANGUAGE.and(Parts::of(&[Part::Maths]));

@@ -21,6 +21,8 @@ static IMAGE: [u8; 64] = [0; 64];
 struct Flash;
 
 impl ByteCode for Flash {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     const PARTS: Parts = PARTS;
     const ONLY: Option<Self> = Some(Flash);
 

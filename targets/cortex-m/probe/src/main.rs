@@ -7,6 +7,7 @@
 use bittybuzz_probe::{PARTS, SLOTS};
 #[cfg(feature = "full")]
 use bittybuzz_vm_core::number::Full as Numbers;
+use bittybuzz_vm_core::number::Profile;
 #[cfg(not(feature = "full"))]
 use bittybuzz_vm_core::number::Tiny as Numbers;
 use bittybuzz_vm_core::{ByteCode, Image, Parts, Vm};
@@ -16,6 +17,8 @@ use bittybuzz_vm_core::{ByteCode, Image, Parts, Vm};
 struct Code(&'static [u8]);
 
 impl ByteCode for Code {
+    type Slots<P: Profile, const SLOTS: usize> = P::Slots<SLOTS>;
+
     const PARTS: Parts = PARTS;
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use crate::protocol::stigmergy::{count_kinds, kilobots};
 use bittybuzz_testkit::{Program, Queues, SIZES, Swarm, TestRobot};
-use bittybuzz_vm_core::number::Full;
+use bittybuzz_vm_core::number::{Full, Tiny};
 
 /// Steps of ten minutes.
 const TEN_MINUTES: usize = 6000;
@@ -43,6 +43,38 @@ fn swarms_with_full_stores_send_beacons_and_stay_neighbors() {
                 "s.put(id, 1) if(id > 2) s.put(id * 2 + 10, 1)",
             );
         }
+    }
+}
+
+/// The robots and their keys that docs/testing.md measured: thirty keys on twelve Zooids, which have twelve places.
+#[test]
+fn twelve_zooids_with_thirty_keys_send_few_entries() {
+    const SLOTS: usize = 600;
+    let sizes = bittybuzz_robot_files::find("zooids").expect("it ships").sizes();
+    let image = Program::new::<Tiny>(
+        "function init() {
+           s = stigmergy.create(1)
+           i = id
+           while(i <= 30) { s.put(i, i) i = i + 12 }
+         }
+         function step() { }",
+    )
+    .leak();
+    for loss in [0.0, 0.1] {
+        let robots =
+            (1..=12).map(|id| TestRobot::<Tiny, _, SLOTS>::new(image, id, sizes)).collect();
+        let mut swarm = Swarm::of(robots).with_links(Queues::<Tiny, 15, 10>::default);
+        swarm.air.loss = loss;
+        let mut sent = 0;
+        for step in 0..TEN_MINUTES {
+            let frames = swarm.try_step();
+            if step >= TEN_MINUTES / 2 {
+                sent += frames;
+            }
+        }
+        let rate = sent as f64 / (TEN_MINUTES / 2) as f64 / 12.0;
+        println!("loss {loss}: {rate:.3}");
+        assert!(rate <= BEACONS + 0.05, "loss {loss}: {rate:.3} frames per step and robot");
     }
 }
 

@@ -108,10 +108,76 @@ fn a_handler_that_decides_nothing_is_counted() {
          function step() { log(v.get(1)) }",
     );
     swarm.steps(5);
-    assert_eq!(swarm.last(), ["1", "2"]);
+    // The order of stamps decides, as without a handler.
+    assert_eq!(swarm.last(), ["2", "2"]);
     for robot in &mut swarm.robots {
         assert!(robot.counters().undecided > 0);
     }
+}
+
+/// A choice that the order of stamps would not make is made again with the entries exchanged.
+#[test]
+fn an_unexpected_choice_is_asked_for_again() {
+    last(
+        2,
+        8,
+        "calls = 0
+         values = 0
+         function init() {
+           v = stigmergy.create(1)
+           v.onconflict(function(key, local, remote) {
+             calls = calls + 1
+             if(calls <= 2) values = 100 * values + 10 * local.data + remote.data
+             if(local.data < remote.data) return local
+             return remote
+           })
+           v.put(\"k\", id)
+         }
+         function step() { log(v.get(\"k\"), \" \", values) }",
+        &["1 1221", "1 2112"],
+    );
+}
+
+/// A merged value is a put of its own, with a later clock: it ends the conflict where it arrives.
+#[test]
+fn a_merged_value_is_a_later_put() {
+    last(
+        2,
+        20,
+        "clock = 0
+         function init() {
+           v = stigmergy.create(1)
+           v.onconflict(function(key, local, remote) {
+             clock = local.timestamp
+             local.data = (local.data + remote.data) / 2
+             return local
+           })
+           v.put(\"k\", 10 * id)
+         }
+         function step() { log(v.get(\"k\"), \" \", clock < 3) }",
+        &["15 1", "15 1"],
+    );
+}
+
+/// Tables are compared as values, not as the same table.
+#[test]
+fn a_chosen_table_is_not_a_merged_one() {
+    last(
+        2,
+        20,
+        "function init() {
+           v = stigmergy.create(1)
+           v.onconflict(function(key, local, remote) {
+             if(local.data.n < remote.data.n) return local
+             return remote
+           })
+           v.put(\"k\", { .n = 7 - id, .m = 1 })
+         }
+         function step() {
+           v.foreach(function(key, value, robot) { log(value.n, \" \", robot) })
+         }",
+        &["5 2", "5 2"],
+    );
 }
 
 #[test]

@@ -4,7 +4,9 @@
 //! neighbors' digests are equal to its own, a robot sends no entry. A digest that differs makes it
 //! advertise all its entries once, one after the other, at intervals that grow as in Trickle (RFC
 //! 6206): they are short after a change and long when nothing is new. A random part is added to
-//! each, and they grow further when a neighbor shows that it has the same entry.
+//! each, and they grow further when a neighbor shows that it has the same entry. A neighbor that
+//! hears nobody sends the same digest for ever: the pauses before all entries are repeated for it
+//! double.
 //!
 //! A robot whose store has no room for the keys of the others can never equal them. It signals this
 //! by beacons without a digest. Near such a robot entries are advertised at a low constant rate,
@@ -12,7 +14,7 @@
 //! low rate, and set no timer. However many there are, they cost each robot at most one frame in
 //! [`RELAY_PAUSE`] steps.
 
-use super::protocol::{Count, DIGEST_KNOWN, Timer};
+use super::protocol::{ALONE, COMPARED, Count, DIGEST_KNOWN, Timer};
 use super::swarms::NEWS;
 use crate::builtin::Feature;
 use crate::bytecode::ByteCode;
@@ -21,8 +23,10 @@ use crate::host::Host;
 use crate::machine::Vm;
 use crate::message::frame::Frame;
 use crate::message::{StigmergyEntry, Swarms};
+use crate::network::Places;
 use crate::number::Profile;
 use crate::part::Part;
+use crate::stamp::is_earlier;
 use crate::value::Value;
 
 /// The shortest time between two advertisements, in steps.
@@ -37,18 +41,32 @@ const SLOW_TURNS: u8 = 4;
 const RELAY_PAUSE: u8 = 64;
 /// The most entries that are sent when an entry point ends. The others follow when the next ones
 /// end, so that no step takes the time of a whole store.
-const NEWS_MAX: u8 = 4;
+pub(in crate::machine) const NEWS_MAX: u8 = 4;
+/// A turn advertises one more entry for each 64 entries that are still to be advertised.
+const BURST_ENTRIES: Places = 64;
+/// The most entries that a turn advertises in addition to one.
+const BURST_MAX: Places = 7;
 /// Steps after which the age of a deleted entry grows by one.
 const AGE_STEPS: u16 = 16;
 /// Steps after which one more answer may be sent at once, up to [`NEWS_MAX`].
 const ANSWER_STEPS: u16 = 2;
+/// Steps after which the first answer may be sent when all have been used up: most of them had no
+/// effect.
+const USED_UP_STEPS: u16 = 16;
+/// The shortest and the longest time between two rounds of all entries for a neighbor whose digest
+/// stays another one. It doubles with each round: a neighbor that hears nobody never changes.
+const HELP_MIN: u8 = 4;
+const HELP_MAX: u8 = 128;
 /// Steps after which a robot may put again one more of the entries from before its restart.
 const RECLAIM_STEPS: u16 = 256;
 /// Steps after which a robot whose store had no room compares digests again. Otherwise one forged
 /// entry of an unknown stigmergy would prevent comparisons for ever.
 const RETRY_STEPS: u16 = 1024;
-/// The age at which a deleted entry frees its place: 64 s at ten steps per second.
+/// The age from which on a deleted entry is no longer advertised, and another entry may take its
+/// place: 64 s at ten steps per second.
 pub(super) const FORGOTTEN: u16 = 40;
+/// Steps for which a robot remembers that a neighbor has another clock floor.
+const DISTRUST_STEPS: u8 = 50;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sends the entries and swarms that the ending entry point has changed, at most [`NEWS_MAX`]
@@ -73,6 +91,43 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 }
             }
         }
+        self.flush_swarms(host);
+    }
+
+    /// Does what [`Vm::flush_stigmergy`] does, from the entry at `place` on, but sends only one
+    /// entry, since it takes long to write a table. `left` is the number of entries that may still
+    /// be sent. Returns true if this has to go on, from `place` on.
+    pub(in crate::machine) fn flush_next<H: Host<P>>(
+        &mut self,
+        host: &mut H,
+        place: &mut u16,
+        left: u16,
+    ) -> bool {
+        #[allow(clippy::useless_conversion, reason = "on a small chip it is a byte")]
+        while *place < u16::from(self.sizes().entries) {
+            let at = self.entry_slot(*place as Places);
+            *place += 1;
+            let state = self.entry_state(at);
+            if state & NEWS != 0 {
+                if left == 0 {
+                    self.protocol.has_dirty_entries = true;
+                    break;
+                }
+                if self.send_entry_at(host, at) {
+                    self.set_entry_state(at, state & !NEWS);
+                } else {
+                    self.protocol.has_dirty_entries = true;
+                }
+                return true;
+            }
+        }
+        self.flush_swarms(host);
+        false
+    }
+
+    /// Sends the memberships that the ending entry point has changed.
+    #[hot]
+    fn flush_swarms<H: Host<P>>(&mut self, host: &mut H) {
         for place in 0..self.sizes().swarms {
             let at = self.swarm_slot(place);
             let swarm = self.arena.get(at);
@@ -94,9 +149,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.send(host, &mut frame);
     }
 
-    /// Notes that an entry has changed: for a while it is advertised often.
+    /// Notes that an entry has changed: for a while it is advertised often. A put of this robot that
+    /// no other one has confirmed stays the newest entry until the next one.
     pub(super) fn hurry(&mut self, at: usize) {
-        self.protocol.newest = at as u16;
+        if !self.protocol.is_unheard {
+            self.protocol.newest = at as u16;
+        }
         self.advertise_soon();
     }
 
@@ -113,12 +171,41 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// while. The limit prevents a robot that sends old entries from filling the channel with
     /// answers.
     pub(super) fn answer(&mut self, at: usize) {
-        if self.protocol.answers != 0 {
-            self.protocol.answers -= 1;
+        if self.is_comparing() {
+            return;
+        }
+        if self.may_answer() {
             self.set_entry_state(at, self.entry_state(at) | NEWS);
             self.protocol.has_dirty_entries = true;
+        } else {
+            // The answer is advertised as the newest entry, in place of an unconfirmed put.
+            self.protocol.is_unheard = false;
         }
         self.hurry(at);
+    }
+
+    /// Returns true if few answers were sent shortly before, and counts one more.
+    pub(super) fn may_answer(&mut self) -> bool {
+        let may = self.protocol.answers != 0;
+        self.protocol.answers -= u8::from(may);
+        may
+    }
+
+    /// Returns true while a robot that was away for long compares digests with the others: it sends
+    /// no entry that it had before, since that may have been deleted.
+    fn is_comparing(&self) -> bool {
+        self.protocol.alone >= ALONE
+    }
+
+    /// Takes note that a frame was received that only robots with stigmergies send often.
+    #[one_copy]
+    pub(super) fn end_absence(&mut self) {
+        let alone = &mut self.protocol.alone;
+        if *alone < ALONE {
+            *alone = 0;
+        } else if *alone == ALONE {
+            *alone += 1;
+        }
     }
 
     /// Advances all timers by a step, and sends the messages that are due.
@@ -158,7 +245,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             // Robots that were switched on at the same time drift apart by the random bit.
             self.protocol.silent = self.random() & 1;
         }
-        if Self::HAS_SHARED_STATE && advertises {
+        if Self::HAS_SHARED_STATE && advertises && !self.is_comparing() {
             self.advertise(host);
         }
     }
@@ -175,7 +262,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut frame = Frame::EMPTY;
         if Self::has(Part::Stigmergy) && self.is_comparable() {
             let digest = self.digest();
-            frame.put_digest(self.robot_id, digest);
+            frame.put_digest(self.robot_id, digest, self.protocol.floor);
             self.protocol.set_timer(Timer::Digest, host.periods().advertise);
         } else {
             frame.put_beacon(self.robot_id);
@@ -193,39 +280,75 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     fn advertise<H: Host<P>>(&mut self, host: &mut H) {
         let newest = usize::from(self.protocol.newest);
         let mut sent = 0;
-        if newest != 0 && self.protocol.interval < LONG_INTERVAL && self.entry_state(newest) != 0 {
+        if self.protocol.interval >= LONG_INTERVAL {
+            // Nobody may be there that could confirm a put.
+            self.protocol.is_unheard = false;
+        } else if newest != 0 && self.is_shared(newest) {
             self.send_entry_at(host, newest);
             sent = newest;
         }
         self.protocol.turn = self.protocol.turn.wrapping_add(1);
         let mut has_entries = self.protocol.unadvertised != 0;
-        if has_entries {
-            self.protocol.unadvertised -= 1;
-        } else if self.protocol.turn.is_multiple_of(SLOW_TURNS) {
+        if !has_entries && self.protocol.turn.is_multiple_of(SLOW_TURNS) {
             has_entries = self.protocol.has_dropped || self.protocol.meets_beacon;
             self.protocol.meets_beacon = false;
         }
+        let mut burst = self.burst();
         let entries = self.sizes().entries;
-        let all = entries + self.sizes().swarms;
+        let all = entries + Places::from(self.sizes().swarms);
+        let mut place = self.protocol.advertised;
         for _ in 0..all {
-            let mut place = self.protocol.advertised + 1;
+            place += 1;
             if place >= all {
                 place = 0;
             }
-            self.protocol.advertised = place;
             if place >= entries {
-                let place = place - entries;
-                if self.arena.get(self.swarm_slot(place)).tag() != crate::value::Tag::NIL {
-                    return self.send_swarm(host, place);
+                let swarm = (place - entries) as u8;
+                if self.arena.get(self.swarm_slot(swarm)).tag() != crate::value::Tag::NIL {
+                    self.protocol.advertised = place;
+                    return self.send_swarm(host, swarm);
                 }
             } else if has_entries {
                 let at = self.entry_slot(place);
-                if self.entry_state(at) != 0 && at != sent {
-                    self.send_entry_at(host, at);
+                if !self.is_shared(at) || at == sent || self.may_skip(at) {
+                    continue;
+                }
+                // An entry for which there is no room gets the next turn.
+                if !self.send_entry_at(host, at) {
                     return;
                 }
+                self.protocol.advertised = place;
+                self.protocol.unadvertised = self.protocol.unadvertised.saturating_sub(1);
+                if burst == 0 {
+                    return;
+                }
+                burst -= 1;
             }
         }
+        // All entries had their turns.
+        self.protocol.unadvertised = 0;
+    }
+
+    /// Returns true if an entry need not be advertised now, since neighbors have it, too. One in
+    /// four such entries is advertised nevertheless: the neighbor that sent it may be out of reach
+    /// of another one that lacks it.
+    #[hot]
+    fn may_skip(&mut self, at: usize) -> bool {
+        let is_skipped = self.take_heard(at) && self.random() & 3 != 0;
+        if is_skipped {
+            self.protocol.unadvertised = self.protocol.unadvertised.saturating_sub(1);
+        }
+        is_skipped
+    }
+
+    /// Returns the number of entries that a turn advertises in addition to one. With thousands of
+    /// entries, a missing one would otherwise be found only after an hour.
+    #[hot]
+    fn burst(&self) -> Places {
+        if !self.sizes().have_index() {
+            return 0;
+        }
+        (self.protocol.unadvertised / BURST_ENTRIES).min(BURST_MAX)
     }
 
     /// Sends the entry whose first slot is `at`. Returns false if the host has no room for it.
@@ -234,22 +357,55 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.send_entry(host, &entry, digest)
     }
 
-    /// Compares a neighbor's digest with the robot's own one. `None` stands for a beacon without a
-    /// digest.
+    /// Compares a neighbor's digest and clock floor with the robot's own ones. `None` stands for a
+    /// beacon without a digest.
     #[one_copy]
-    pub(super) fn compare(&mut self, theirs: Option<u32>) {
-        let Some(theirs) = theirs else {
+    pub(super) fn compare(&mut self, theirs: Option<(u32, u32)>) {
+        self.end_absence();
+        let Some((theirs, floor)) = theirs else {
             self.protocol.meets_beacon = true;
             return;
         };
-        if !self.is_comparable() || theirs == self.digest() {
+        // New keys then have later clocks than the deletions that the neighbor has forgotten.
+        self.note_clock(floor);
+        if !self.is_comparable() {
             return;
         }
-        if self.protocol.unadvertised == 0 {
+        let is_equal = theirs == self.digest();
+        let protocol = &mut self.protocol;
+        if is_equal {
+            if is_earlier(protocol.floor, floor) {
+                protocol.floor = floor;
+            }
+            protocol.settled = protocol.clock as u16;
+            protocol.is_complete = true;
+            return;
+        }
+        if protocol.floor == floor {
+            protocol.is_complete = false;
+        } else {
+            protocol.set_timer(Timer::Distrust, DISTRUST_STEPS);
+        }
+        if protocol.alone >= ALONE {
+            return;
+        }
+        let theirs = theirs as u16;
+        if protocol.differing != theirs {
+            protocol.differing = theirs;
+            protocol.help_pause = HELP_MIN;
+        } else if protocol.timer(Timer::Help) != 0 {
+            return;
+        }
+        let pause = protocol.help_pause;
+        protocol.set_timer(Timer::Help, pause);
+        if pause != HELP_MAX {
+            protocol.help_pause = pause << 1;
+        }
+        if protocol.unadvertised == 0 {
             self.advertise_soon();
         }
-        let used = |place: &u8| self.entry_state(self.entry_slot(*place)) != 0;
-        self.protocol.unadvertised = (0..self.sizes().entries).filter(used).count() as u8;
+        let used = |place: &Places| self.is_shared(self.entry_slot(*place));
+        self.protocol.unadvertised = (0..self.sizes().entries).filter(used).count() as Places;
     }
 
     /// Returns the sum of the hashes of all entries, of 24 bits. Deleted entries are not included,
@@ -280,7 +436,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) {
         self.protocol.count(Count::NotKept);
         // A digest does not include deletions.
-        self.protocol.has_dropped |= !entry.value.is_nil();
+        self.drop_entry(!entry.value.is_nil());
         let hash = hash(entry, digest) as u16;
         if self.protocol.timer(Timer::Relay) != 0 || self.protocol.relayed == hash {
             return;
@@ -291,11 +447,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.send_entry(host, entry, digest);
     }
 
+    /// Takes note that an entry was not kept, if `is_value`.
+    pub(super) fn drop_entry(&mut self, is_value: bool) {
+        self.protocol.has_dropped |= is_value;
+        self.protocol.is_complete &= !is_value;
+    }
+
     /// Advances the pauses, and the age of deleted entries.
     fn grow_older(&mut self) {
         let protocol = &mut self.protocol;
         protocol.age = protocol.age.wrapping_add(1);
-        if protocol.age.is_multiple_of(ANSWER_STEPS) && protocol.answers < NEWS_MAX {
+        let steps = if protocol.answers == 0 { USED_UP_STEPS } else { ANSWER_STEPS };
+        if protocol.age.is_multiple_of(steps) && protocol.answers < NEWS_MAX {
             protocol.answers += 1;
         }
         if protocol.age.is_multiple_of(RECLAIM_STEPS) && protocol.reclaimed != 0 {
@@ -305,6 +468,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             protocol.has_dropped = false;
         }
         if protocol.age.is_multiple_of(AGE_STEPS) {
+            if protocol.alone != ALONE {
+                protocol.alone += 1;
+                if protocol.alone == COMPARED {
+                    protocol.alone = 0;
+                }
+            }
             self.forget_deleted();
         }
     }

@@ -7,6 +7,7 @@ use super::swarms::{MEMBER, NEWS, object_number};
 use crate::bytecode::ByteCode;
 use crate::machine::{OVERLAYS, Vm};
 use crate::message::ScriptIdentity;
+use crate::network::Places;
 use crate::number::Profile;
 use crate::value::{Tag, Value};
 
@@ -198,9 +199,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         table.is(Tag::TABLE).then(|| self.arena.table_get(table.index(), key))
     }
 
-    /// Returns the number of stored entries of all stigmergies, including deleted ones.
+    /// Returns the number of stored entries of all stigmergies, including deleted ones until
+    /// another entry may take their places.
     pub fn entry_count(&self) -> usize {
-        let has_entry = |place: &u8| self.entry_state(self.entry_slot(*place)) != 0;
+        let has_entry = |place: &Places| self.is_shared(self.entry_slot(*place));
         (0..self.sizes().entries).filter(has_entry).count()
     }
 

@@ -14,7 +14,9 @@ use crate::image::{Entry as EntryOf, FORM_CLASSES};
 use crate::machine::{GLOBALS, Native, Vm, VmState};
 use crate::message::content::Head;
 use crate::message::frame::Frame;
-use crate::message::{FrameKind, Ignored, ScriptIdentity, StigmergyEntry};
+use crate::message::{
+    FrameKind, Ignored, ScriptIdentity, StigmergyEntry, TOPIC_BYTES, Topics, topic_set,
+};
 use crate::network::{NetworkCounters, Sighting};
 use crate::number::Profile;
 use crate::part::Part;
@@ -53,6 +55,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         NetworkCounters { foreign, malformed, own_id, not_kept, incomplete, undecided, failed }
     }
 
+    /// Returns the topics to which the script does not listen. The queue of received frames may drop
+    /// messages on them before others. A topic stays listened to until the script restarts.
+    pub fn unwanted_topics(&self) -> Topics {
+        !self.protocol.topics
+    }
+
     /// Begins a step with the handling of messages. A fault is reported by the next run.
     #[one_copy]
     pub(in crate::machine) fn begin_messages(&mut self) {
@@ -87,13 +95,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.in_message = true;
         if Self::has(Part::Conflicts) && self.protocol.conflict != Conflict::None {
             // A fault of the handler leaves the conflict to the default rule.
-            self.end_conflict(host)?;
-            self.protocol.conflict = Conflict::None;
+            let is_asked_again = self.end_conflict(host)?;
+            self.protocol.conflict =
+                if is_asked_again { Conflict::Exchanged } else { Conflict::None };
             if self.fp != base {
                 return Ok(());
             }
         }
-        self.sp = base + 1 + LOCALS as u16;
+        self.drop_operands();
         let (mut frame, mut sighting) = (Frame::EMPTY, Sighting::default());
         if self.protocol.messages_left != 0
             && let Some(length) = host.receive(frame.bytes_mut(), &mut sighting)
@@ -129,31 +138,34 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return false;
         }
         self.protocol.count(Count::Failed);
-        if self.protocol.conflict == Conflict::Open {
+        if self.protocol.conflict != Conflict::None {
             self.protocol.conflict = Conflict::Failed;
         }
         // The frame in which messages are handled is the outermost one, directly above the globals.
         self.fp = (GLOBALS + usize::from(self.header.globals())) as u16;
-        self.sp = self.fp + 1 + LOCALS as u16;
+        self.drop_operands();
         self.pc = Native::MESSAGES.position() as u16;
         self.state = VmState::Running;
         true
     }
 
-    /// Ends a conflict whose handler has returned, with its result on top, or has failed.
-    fn end_conflict<H: Host<P>>(&mut self, host: &mut H) -> Result<(), Stopped> {
-        let has_failed = self.protocol.conflict == Conflict::Failed;
+    /// Ends a conflict whose handler has returned, with its result on top, or has failed. Returns
+    /// true if the handler is called again.
+    fn end_conflict<H: Host<P>>(&mut self, host: &mut H) -> Result<bool, Stopped> {
         let [low, high] = (self.local(CLOCK).index() as u16).to_le_bytes();
         let [stigmergy, highest] = (self.local(CONFLICT).index() as u16).to_le_bytes();
-        let clock = u32::from_le_bytes([low, high, highest, 0]);
-        let key = self.local(KEY);
-        if has_failed {
-            let robot = self.local(THEIR_ROBOT).index() as u16;
-            let digest = self.local(THEIR_DIGEST).index() as u16;
-            let theirs = Stamp { clock, robot, value: self.local(THEIR_VALUE), digest };
-            return self.settle_by_default(host, stigmergy, key, &theirs);
-        }
-        self.settle(host, self.top(1), stigmergy, key, clock)
+        let theirs = Stamp {
+            clock: u32::from_le_bytes([low, high, highest, 0]),
+            robot: self.local(THEIR_ROBOT).index() as u16,
+            value: self.local(THEIR_VALUE),
+            digest: self.local(THEIR_DIGEST).index() as u16,
+        };
+        self.settle(host, self.protocol.conflict, stigmergy, self.local(KEY), &theirs)
+    }
+
+    /// Removes all operands of the frame for messages.
+    pub(super) fn drop_operands(&mut self) {
+        self.sp = self.fp + 1 + LOCALS as u16;
     }
 
     pub(super) fn script(&self) -> ScriptIdentity {
@@ -202,7 +214,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 (self.top(2), self.top(1))
             }
             FrameKind::Entry if Self::has(Part::Stigmergy) => {
-                return self.merge(host, &frame.entry(), 0);
+                return self.merge(host, &mut frame.entry(), 0);
             }
             FrameKind::Beacon | FrameKind::Digest if Self::has(Part::Stigmergy) => {
                 self.compare((kind == FrameKind::Digest).then(|| frame.digest()));
@@ -239,19 +251,22 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     #[hot]
     pub(super) fn expects(&mut self, name: Value<P>, value: Value<P>) -> bool {
         // Most values are numbers, and most scripts send numbers under all names.
-        let has_table = self.header.form() & FORM_CLASSES != 0;
         let takes_numbers = self.header.features() & Feature::Numbers as u8 != 0;
-        !has_table || takes_numbers && value.is_number() || self.has_class(name, value)
-    }
-
-    #[one_copy]
-    fn has_class(&mut self, name: Value<P>, value: Value<P>) -> bool {
-        let Some(program) = self.program() else { return false };
-        if program.classes(name) >> value.class_bit() & 1 != 0 {
+        if takes_numbers && value.is_number() || self.may_send(name, value) {
             return true;
         }
         self.protocol.count(Count::Malformed);
         false
+    }
+
+    /// Returns true if the script may send a value of that class on that topic or under that key.
+    #[one_copy]
+    pub(super) fn may_send(&self, name: Value<P>, value: Value<P>) -> bool {
+        if self.header.form() & FORM_CLASSES == 0 {
+            return true;
+        }
+        let Some(program) = self.program() else { return false };
+        program.classes(name) >> value.class_bit() & 1 != 0
     }
 
     /// Stores the values with which the next call of [`Vm::next_message`] ends the conflict.
@@ -288,6 +303,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         if number != builtin::NEIGHBORS_BROADCAST {
             self.set_handler(topic, b)?;
+            // A topic that is ignored later stays one: the machine then ignores its messages.
+            self.protocol.topics |= self.topic(topic);
         } else if topic.is(Tag::STRING) && b.is_plain() {
             let mut frame = Frame::EMPTY;
             if frame.put_broadcast(self.robot_id, topic.index() as u16, b).is_some() {
@@ -299,6 +316,16 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return Err(self.fail_on(FaultCode::NotSendable, b, b));
         }
         Ok(Value::nil())
+    }
+
+    /// Returns the set of the topic, see [`Topics`].
+    fn topic(&self, topic: Value<P>) -> Topics {
+        if P::FULL && topic.is(Tag::TEXT) {
+            let view = self.view();
+            let text = view.text_bytes(topic).take(TOPIC_BYTES);
+            return topic_set(text.fold(view.text_length(topic) as u8, u8::wrapping_add));
+        }
+        topic_set((topic.index() as u8).wrapping_add(self.header.hash() as u8))
     }
 
     /// Seals and sends an open frame.

@@ -11,6 +11,7 @@
 //! | The robot gets its id | [`Vm::identify_network`] |
 //! | A step begins | [`Vm::begin_messages`], then [`Vm::next_message`] for each message |
 //! | A fault while a message is handled | [`Vm::contain`] |
+//! | The robot was stopped | [`Vm::come_back`] |
 //! | An entry point ends | [`Vm::send_changes`] |
 //! | The script restarts after a fault | [`Vm::rest_network`], [`Vm::forget_entries_on_heap`], later [`Vm::end_rest`] |
 //! | The collector marks | [`Vm::mark_entries`] |
@@ -19,10 +20,11 @@
 //!
 //! # Memory
 //! Neighbors, entries, stigmergies and swarms are slots of the arena from [`Vm::network_base`] on,
-//! after those of the script, in this order. [`Sizes`] holds their numbers; it is set before an
+//! after those of the script, in this order, and with many entries their index. [`Sizes`] holds their numbers; it is set before an
 //! image is loaded.
 
 mod advertise;
+mod index;
 mod inspect;
 mod messages;
 mod neighbors;
@@ -40,6 +42,7 @@ use crate::network::{ENTRY, Sizes};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::value::{Tag, Value};
+pub(super) use advertise::NEWS_MAX;
 pub use inspect::{KnownSwarm, Neighbor, StoredEntry, Trigger};
 pub(super) use protocol::Protocol;
 use swarms::object_number;
@@ -125,6 +128,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
     }
 
+    /// Returns true if entries or swarms have changed, and takes note that they are sent now.
+    #[hot]
+    pub(super) fn has_changes(&mut self) -> bool {
+        Self::HAS_SHARED_STATE && core::mem::take(&mut self.protocol.has_dirty_entries)
+    }
+
+    /// Takes note that changes are not sent yet.
+    #[hot]
+    pub(super) fn keep_changes(&mut self) {
+        self.protocol.has_dirty_entries = true;
+    }
+
     /// Keeps the robot in the network while its script rests after a fault, but leaves all swarms.
     #[hot]
     pub(super) fn rest_network(&mut self) {
@@ -145,6 +160,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn end_rest(&mut self) {
         if Self::HAS_NETWORK {
             self.protocol.is_resting = false;
+        }
+    }
+
+    /// Takes note that the robot neither ran nor heard others for a while: it compares its entries
+    /// with those of the others before it sends them, since they may have been deleted.
+    pub fn come_back(&mut self) {
+        if Self::has(Part::Stigmergy) {
+            self.protocol.alone = protocol::ALONE;
         }
     }
 

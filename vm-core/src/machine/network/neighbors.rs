@@ -115,7 +115,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// unknown.
     // The name decides on the order of the functions on an AVR, and so on the code that they share:
     // with each of ten longer names a step with eight messages takes 3 % more cycles.
-    #[one_copy]
+    // As a part of its only caller in a Zooid's image, it saves 199 of 9,717 cycles of a step with eight
+    // messages, and 32 bytes.
+    #[cfg_attr(all(target_arch = "arm", not(target_has_atomic = "ptr")), inline(always))]
+    #[cfg_attr(not(all(target_arch = "arm", not(target_has_atomic = "ptr"))), one_copy)]
     pub(super) fn hear(&mut self, robot: u16, sighting: &Sighting<P>, mut steps: u8) {
         let mut place = self.protocol.last_sender;
         if !self.is_neighbor(place, robot) {

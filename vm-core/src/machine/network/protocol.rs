@@ -3,11 +3,18 @@
 //! Neighbors, swarms and entries of stigmergies are not here: they are slots of the arena, above
 //! those of the script.
 
-use crate::network::Sizes;
+use crate::message::Topics;
+use crate::network::{Places, Sizes};
 
 /// The bit of [`Protocol::digest`] that is set while the sum in the lower 24 bits is valid. A
 /// change of an entry clears it.
 pub(in crate::machine) const DIGEST_KNOWN: u32 = 1 << 31;
+
+/// A [`Protocol::alone`] after which others may have forgotten deletions that the robot missed.
+pub(super) const ALONE: u8 = super::advertise::FORGOTTEN as u8;
+/// A [`Protocol::alone`] at which the robot has compared its entries with those of the others: 3 to
+/// 5 s after the first frame.
+pub(super) const COMPARED: u8 = ALONE + 4;
 
 /// The index of a counter in [`Protocol::counters`].
 #[derive(Clone, Copy)]
@@ -29,6 +36,8 @@ pub(in crate::machine) enum Conflict {
     None = 0,
     /// The handler runs.
     Open,
+    /// The handler runs again, with the two entries exchanged.
+    Exchanged,
     /// The handler ended with a fault, so the default rule decides.
     Failed,
 }
@@ -51,6 +60,8 @@ pub(in crate::machine) struct Protocol {
     pub(in crate::machine) has_dirty_entries: bool,
     /// The number of messages that this step may still handle.
     pub(in crate::machine) messages_left: u8,
+    /// The topics to which the script has listened since its start.
+    pub(in crate::machine) topics: Topics,
     /// True while a message is handled: a fault then ends the handling, not the script.
     pub(in crate::machine) in_message: bool,
     pub(in crate::machine) conflict: Conflict,
@@ -61,12 +72,15 @@ pub(in crate::machine) struct Protocol {
     /// Steps between two advertisements of entries.
     pub(in crate::machine) interval: u8,
     /// The steps that are left of each [`Timer`].
-    pub(in crate::machine) timers: [u8; 3],
+    pub(in crate::machine) timers: [u8; 5],
     /// The first slot of the entry that changed last; 0 if none has changed.
     pub(in crate::machine) newest: u16,
+    /// True while [`Protocol::newest`] is a put of this robot that it has not yet received from
+    /// another one: every neighbor may have missed it.
+    pub(in crate::machine) is_unheard: bool,
     /// The place of the entry that was advertised last. Places after those of all entries stand for
     /// swarms.
-    pub(in crate::machine) advertised: u8,
+    pub(in crate::machine) advertised: Places,
     /// The hash of the last entry that was relayed without being kept.
     pub(in crate::machine) relayed: u16,
     /// The number of answers to neighbors that may be sent at once.
@@ -78,7 +92,11 @@ pub(in crate::machine) struct Protocol {
     /// Turns of advertising, counted modulo 256.
     pub(in crate::machine) turn: u8,
     /// The number of entries that are still to be advertised because a neighbor's digest differs.
-    pub(in crate::machine) unadvertised: u8,
+    pub(in crate::machine) unadvertised: Places,
+    /// The low bits of the last digest of a neighbor that differs.
+    pub(in crate::machine) differing: u16,
+    /// Steps before the next help for that neighbor.
+    pub(in crate::machine) help_pause: u8,
     /// True if entries were received that are not kept, so that the digest is of no use.
     pub(in crate::machine) has_dropped: bool,
     /// True if a neighbor sends beacons without a digest: it may lack entries.
@@ -87,6 +105,18 @@ pub(in crate::machine) struct Protocol {
     pub(in crate::machine) digest: u32,
     /// The latest clock that was put or received, on any key.
     pub(in crate::machine) clock: u32,
+    /// The low bits of that clock when a neighbor last had the same entries: others know the puts up
+    /// to then.
+    pub(in crate::machine) settled: u16,
+    /// The latest clock of a deletion whose place was taken, here or at a robot with the same
+    /// entries.
+    pub(in crate::machine) floor: u32,
+    /// True if a neighbor had the same entries, and none was lost since: the robot knows all keys
+    /// that are not later than the floor.
+    pub(in crate::machine) is_complete: bool,
+    /// Sixteens of steps since a beacon or an entry was received, up to [`ALONE`]; then, once one was
+    /// received, more of them up to [`COMPARED`].
+    pub(in crate::machine) alone: u8,
     /// The state of the random generator that keeps robots from sending at the same time.
     pub(in crate::machine) jitter: u16,
     /// The counters of [`NetworkCounters`](crate::network::NetworkCounters), by [`Count`].
@@ -103,25 +133,31 @@ pub(in crate::machine) enum Timer {
     Relay,
     /// Steps until a digest may be sent before an advertisement.
     Digest,
+    /// Steps until a neighbor whose digest stays another one gets all entries again.
+    Help,
+    /// Steps in which a neighbor may still have entries that were deleted here.
+    Distrust,
 }
 
 impl Protocol {
     /// All zeros.
     pub(in crate::machine) const EMPTY: Self = Protocol {
         sizes: Sizes::NONE,
-        timers: [0; 3],
+        timers: [0; 5],
         stigmergies: 0,
         step: 0,
         last_sender: 0,
         shares: false,
         has_dirty_entries: false,
         messages_left: 0,
+        topics: 0,
         in_message: false,
         conflict: Conflict::None,
         is_resting: false,
         silent: 0,
         interval: 0,
         newest: 0,
+        is_unheard: false,
         advertised: 0,
         relayed: 0,
         answers: 0,
@@ -129,10 +165,16 @@ impl Protocol {
         age: 0,
         turn: 0,
         unadvertised: 0,
+        differing: 0,
+        help_pause: 0,
         has_dropped: false,
         meets_beacon: false,
         digest: 0,
         clock: 0,
+        settled: 0,
+        floor: 0,
+        is_complete: false,
+        alone: 0,
         jitter: 0,
         counters: [0; 7],
     };
@@ -144,18 +186,25 @@ impl Protocol {
         self.last_sender = 0;
         self.shares = false;
         self.has_dirty_entries = false;
+        self.topics = 0;
         self.in_message = false;
         self.conflict = Conflict::None;
         self.is_resting = false;
         self.newest = 0;
+        self.is_unheard = false;
         self.unadvertised = 0;
         self.has_dropped = false;
         self.digest = 0;
         self.clock = 0;
+        self.settled = 0;
+        self.floor = 0;
+        self.is_complete = false;
+        self.alone = 0;
     }
 
     /// Prepares a new start of the same script. Knowledge of other robots stays.
     pub(in crate::machine) fn rest(&mut self) {
+        self.topics = 0;
         self.in_message = false;
         self.conflict = Conflict::None;
         self.is_resting = true;

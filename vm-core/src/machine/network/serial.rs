@@ -42,10 +42,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         key: Value<P>,
         value: Value<P>,
     ) -> Result<(Value<P>, u16), Stopped> {
+        let digest = self.digest_of(stigmergy, key, value)?;
+        Ok((self.copied(value)?, digest))
+    }
+
+    /// Returns the digest of key and value of an entry, 0 if it fits a frame. Fails if the value
+    /// cannot be sent. Key and value must be on the stack or in an entry.
+    #[one_copy]
+    pub(super) fn digest_of(
+        &mut self,
+        stigmergy: u8,
+        key: Value<P>,
+        value: Value<P>,
+    ) -> Result<u16, Stopped> {
         let number = self.number_of_stigmergy(stigmergy);
         let has_frame = number < STIGMERGIES && matches!(key.tag(), Tag::INT | Tag::STRING);
         if has_frame && value.is_plain() {
-            return Ok((value, 0));
+            return Ok(0);
         }
         if !Self::has(Part::LongMessages) {
             return Err(self.fail_on(FaultCode::NotSendable, key, value));
@@ -53,8 +66,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut content = P::Content::ZERO;
         let head = Head::Entry { stigmergy: number, owner: 0, clock: 0, digest: 0 };
         let length = self.write(head, key, value, content.as_mut())?.length();
-        let digest = content::digest(content.as_ref().get(..length).unwrap_or(&[]));
-        Ok((self.copied(value)?, digest))
+        Ok(content::digest(content.as_ref().get(..length).unwrap_or(&[])))
     }
 
     /// Copies the tables in a value of an entry, so that a script which changes the copy does not
@@ -208,6 +220,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn receive_long<H: Host<P>>(&mut self, host: &mut H) -> Result<bool, Stopped> {
         let mut content = P::Content::ZERO;
         let length = host.receive_content(content.as_mut());
+        // The queue has not kept the content of an unwanted message.
+        if length == 0 {
+            return Ok(false);
+        }
         let content = content.as_ref().get(..length).unwrap_or(&[]);
         if let Some(head) = self.read_flat(content)? {
             return self.take_message(host, head);
@@ -245,8 +261,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     Tag::INT | Tag::FLOAT | Tag::STRING | Tag::TEXT => first,
                     _ => return Ok(false),
                 };
-                let entry = message::StigmergyEntry { stigmergy, owner, clock, key, value: second };
-                self.merge(host, &entry, digest)?;
+                let mut entry =
+                    message::StigmergyEntry { stigmergy, owner, clock, key, value: second };
+                self.merge(host, &mut entry, digest)?;
                 Ok(false)
             }
         }

@@ -35,8 +35,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the slot of the swarm at that place.
     #[one_copy]
     pub(super) fn swarm_slot(&self, place: u8) -> usize {
-        let entries = self.sizes().entries;
-        self.entry_slot(entries) + usize::from(entries) + usize::from(place)
+        let sizes = self.sizes();
+        let stigmergies = self.entry_slot(sizes.entries);
+        stigmergies + usize::from(sizes.stigmergies()) + usize::from(place)
     }
 
     /// Returns true if the robot is in the swarm at that place.
