@@ -13,7 +13,7 @@ use bittybuzz_vm_core::message::{
 };
 use bittybuzz_vm_core::number::Profile;
 
-use crate::queue::{QueueCounters, count};
+use crate::queue::count;
 
 /// Returns the number of bytes of a content that a fragment carries.
 #[inline(always)]
@@ -100,9 +100,9 @@ impl<P: Profile, E: Copy, const MESSAGES: usize> Assemblies<P, E, MESSAGES> {
     /// its next fragment before. So robots that begin messages and do not finish them, or that do
     /// not exist, keep no place from others for long. Until then, a repetition may complete the
     /// message.
-    pub fn push(&mut self, frame: &[u8], extra: E, counters: &mut QueueCounters) {
+    pub fn push(&mut self, frame: &[u8], extra: E, incomplete: &mut u16) {
         if self.add(frame, extra).is_none_or(|gives_up| gives_up) {
-            count(&mut counters.incomplete);
+            count(incomplete);
         }
     }
 
@@ -309,7 +309,7 @@ impl<P: Profile, const MESSAGES: usize> Departures<P, MESSAGES> {
     /// A message of which a fragment was sent stays as it is, since receivers could not use the
     /// fragments of another content.
     #[inline(never)]
-    pub fn push(&mut self, robot: u16, content: &[u8], counters: &mut QueueCounters) -> bool {
+    pub fn push(&mut self, robot: u16, content: &[u8], dropped: &mut u16) -> bool {
         self.robot = robot;
         let is_broadcast = is_broadcast(content);
         let (mut chosen, mut has_room) = (MESSAGES, false);
@@ -334,7 +334,7 @@ impl<P: Profile, const MESSAGES: usize> Departures<P, MESSAGES> {
             }
         }
         if !has_room && is_broadcast {
-            count(&mut counters.dropped);
+            count(dropped);
         }
         let Some((length, room)) = self.places.get_mut(chosen) else { return false };
         self.stale &= !(1 << chosen);

@@ -40,9 +40,9 @@ pub struct QueueCounters {
     /// Frames that were equal to a waiting one.
     pub duplicates: u16,
     /// Received long messages that were given up before they were complete, and fragments of
-    /// messages for which there was no place.
+    /// messages for which there was no place. An outbox counts none.
     pub incomplete: u16,
-    /// Received broadcasts on topics to which the script does not listen.
+    /// Received broadcasts on topics to which the script does not listen. An outbox counts none.
     pub unwanted: u16,
 }
 
@@ -99,6 +99,8 @@ pub struct Inbox<
     queue: Queue<P, BYTES, FRAMES>,
     extras: [E; FRAMES],
     messages: Assemblies<P, E, MESSAGES>,
+    incomplete: u16,
+    unwanted: u16,
     /// For the robots whose ids are i modulo [`KEPT_OUT`], the number of the long message that one of
     /// them began last, if it is unwanted; else 0.
     kept_out: [u8; KEPT_OUT],
@@ -123,6 +125,8 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
             queue: Queue::EMPTY,
             extras: [nothing; FRAMES],
             messages: Assemblies::new(nothing),
+            incomplete: 0,
+            unwanted: 0,
             kept_out: [0; KEPT_OUT],
         }
     }
@@ -135,7 +139,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
             queue: Queue::with_room(frames),
             extras: [nothing; FRAMES],
             messages: Assemblies::with_room(nothing, messages),
-            kept_out: [0; KEPT_OUT],
+            ..Self::new(nothing)
         }
     }
 
@@ -151,7 +155,11 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
 
     /// Returns the counts of frames that were not passed on.
     pub fn counters(&self) -> QueueCounters {
-        self.queue.counters
+        QueueCounters {
+            incomplete: self.incomplete,
+            unwanted: self.unwanted,
+            ..self.queue.counters()
+        }
     }
 
     /// Hashes the waiting frames in their order, and the long messages; `extra` hashes the link data
@@ -174,12 +182,19 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
     /// Returns the state of the queue if it is empty. Only hosts call this function.
     pub fn as_empty(&self) -> Option<EmptyQueue> {
         let is_empty = self.queue.is_empty() && self.messages.is_unused();
-        is_empty.then(|| EmptyQueue { kept_out: self.kept_out, ..self.queue.empty_state() })
+        let state = || EmptyQueue {
+            counters: self.counters(),
+            kept_out: self.kept_out,
+            ..self.queue.empty_state()
+        };
+        is_empty.then(state)
     }
 
     /// Gives a new queue the state of another one. Only hosts call this function.
     pub fn resume(&mut self, state: EmptyQueue) {
         self.queue.resume(state);
+        self.incomplete = state.counters.incomplete;
+        self.unwanted = state.counters.unwanted;
         self.kept_out = state.kept_out;
     }
 
@@ -208,7 +223,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
                 *kept_out = if is_unwanted { number } else { 0 };
             }
             if *kept_out != number || number == 0 {
-                return self.messages.push(frame, extra, &mut self.queue.counters);
+                return self.messages.push(frame, extra, &mut self.incomplete);
             }
             if !is_first {
                 return;
@@ -216,7 +231,7 @@ impl<P: Profile, E: Copy, const BYTES: usize, const FRAMES: usize, const MESSAGE
         }
         let mut role = Role::Received;
         if is_unwanted {
-            count(&mut self.queue.counters.unwanted);
+            count(&mut self.unwanted);
             role = Role::Unwanted;
         }
         if let Some(place) = self.queue.push(frame, role)
@@ -285,7 +300,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
 
     /// Returns the counts of frames that were not passed on.
     pub fn counters(&self) -> QueueCounters {
-        self.queue.counters
+        self.queue.counters()
     }
 
     /// Hashes the waiting frames in their order, and the long messages. Only hosts call this
@@ -337,7 +352,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
     /// Adds the content of a long message from that robot. Returns false if there is no room for it:
     /// a broadcast then counts as dropped, and an entry of a stigmergy is to be added later.
     pub fn push_content(&mut self, robot: u16, content: &[u8]) -> bool {
-        MESSAGES != 0 && self.messages.push(robot, content, &mut self.queue.counters)
+        MESSAGES != 0 && self.messages.push(robot, content, &mut self.queue.dropped)
     }
 
     /// Removes the next frame, writes it to `room`, which is all zeros, and returns its length: the
@@ -398,7 +413,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize>
 /// Places are numbered from 1.
 #[derive(Debug, Clone)]
 struct Queue<P, const BYTES: usize, const FRAMES: usize> {
-    counters: QueueCounters,
+    dropped: u16,
+    duplicates: u16,
     /// The place of the oldest frame, or [`NOWHERE`]. When the bit [`BY_AGE`] is set, the next
     /// `pop` takes the oldest frame instead of the one with the highest priority.
     oldest: u8,
@@ -412,7 +428,7 @@ struct Queue<P, const BYTES: usize, const FRAMES: usize> {
 }
 
 /// The number of long messages that an inbox can keep out.
-const KEPT_OUT: usize = 4;
+const KEPT_OUT: usize = 8;
 
 /// The link to no frame.
 const NOWHERE: u8 = 0;
@@ -439,7 +455,8 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     const EMPTY: Self = {
         assert!(BYTES < 256 && FRAMES < BY_AGE as usize, "lengths and places are bytes");
         Queue {
-            counters: QueueCounters { dropped: 0, duplicates: 0, incomplete: 0, unwanted: 0 },
+            dropped: 0,
+            duplicates: 0,
             oldest: NOWHERE,
             younger: [NOWHERE; FRAMES],
             ranks: [FREE; FRAMES],
@@ -460,13 +477,19 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
         self.oldest() == NOWHERE
     }
 
+    fn counters(&self) -> QueueCounters {
+        let Queue { dropped, duplicates, .. } = *self;
+        QueueCounters { dropped, duplicates, ..QueueCounters::default() }
+    }
+
     fn empty_state(&self) -> EmptyQueue {
         let is_by_age = self.oldest & BY_AGE != 0;
-        EmptyQueue { counters: self.counters, is_by_age, ..EmptyQueue::default() }
+        EmptyQueue { counters: self.counters(), is_by_age, ..EmptyQueue::default() }
     }
 
     fn resume(&mut self, state: EmptyQueue) {
-        self.counters = state.counters;
+        self.dropped = state.counters.dropped;
+        self.duplicates = state.counters.duplicates;
         self.oldest = if state.is_by_age { NOWHERE | BY_AGE } else { NOWHERE };
     }
 
@@ -547,7 +570,7 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
     fn push(&mut self, frame: &[u8], role: Role) -> Option<usize> {
         let kind = frame.first().and_then(|first| FrameKind::of(*first));
         let (Some(kind), true) = (kind, frame.len() <= BYTES) else {
-            count(&mut self.counters.dropped);
+            count(&mut self.dropped);
             return None;
         };
         let is_beacon = matches!(kind, FrameKind::Beacon | FrameKind::Digest);
@@ -591,12 +614,12 @@ impl<P: Profile, const BYTES: usize, const FRAMES: usize> Queue<P, BYTES, FRAMES
             break (best.0, best.1, best.2, older);
         };
         if suits == SAME {
-            count(&mut self.counters.duplicates);
+            count(&mut self.duplicates);
         } else if suits != REPLACED {
             if let Some(free) = self.ranks.iter().position(|rank| rank & !STALE == FREE) {
                 place = free as u8 + 1;
             } else {
-                count(&mut self.counters.dropped);
+                count(&mut self.dropped);
                 if OF_NO_RANK - suits > new_rank {
                     return None;
                 }

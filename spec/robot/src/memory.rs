@@ -18,17 +18,17 @@ const PROTOCOL: u32 = 69;
 /// Bytes that a queue adds to a frame: the number of the next frame, and the priority, which
 /// includes whether the frame is stale.
 const QUEUED: u32 = 2;
-/// Bytes of a queue: the counts of dropped, double, incomplete and unwanted messages, and the place
-/// of the oldest frame. On Cortex-M also the alignment, the protection between tasks, and the
-/// queue's half of the signal that wakes the sending task.
-const QUEUE: [u32; 2] = [9, 22];
+/// Bytes of a queue: the counts of dropped and double messages, and the place of the oldest frame.
+/// On Cortex-M also the alignment, the protection between tasks, and the queue's half of the signal
+/// that wakes the sending task.
+const QUEUE: [u32; 2] = [5, 18];
 /// Bytes that the queue adds to the content of a long message that arrives: sender, length, number,
 /// fragments and the number of the last one; and to one that waits to be sent: its length.
 const ARRIVING: u32 = 7;
 const LEAVING: u32 = 2;
-/// Bytes for the turns of long messages in both queues, and for the numbers of the unwanted ones. On
-/// Cortex-M also for the unwanted topics.
-const TURNS: [u32; 2] = [16, 24];
+/// Bytes for the turns of long messages in both queues, the counts of incomplete and unwanted ones,
+/// and the numbers of the unwanted ones. On Cortex-M also for the unwanted topics.
+const TURNS: [u32; 2] = [24, 32];
 
 /// The first letters of the names of AVR chips.
 const AVR: [&str; 2] = ["ATmega", "ATtiny"];
