@@ -18,7 +18,7 @@ pub type Places = u16;
 
 /// True if a machine may have more entries than stigmergies. It is a constant, so that chips with
 /// little memory have no code for it.
-const HAS_MANY_PLACES: bool = size_of::<Places>() > 1;
+pub(crate) const HAS_MANY_PLACES: bool = size_of::<Places>() > 1;
 
 /// The largest number of entries of all stigmergies together.
 pub const ENTRIES_MAX: Places =

@@ -79,7 +79,7 @@ const SCRIPTS: [(&str, &str); 8] = [
 
 /// Scripts for a robot with much memory and with text: they keep most of the memory, and make garbage in the rest. `LIVE`
 /// stands for nearly as many cells as there are.
-const LARGE_SCRIPTS: [(&str, &str); 8] = [
+const LARGE_SCRIPTS: [(&str, &str); 10] = [
     (
         "list",
         "head = nil
@@ -144,6 +144,35 @@ const LARGE_SCRIPTS: [(&str, &str); 8] = [
           n = 0
         }
         function step() { a[0] = n s.put(n % 60, a) n = n + 1 foreach(s.get(1), function(k, v) { }) }",
+    ),
+    (
+        "full store",
+        "function init() {
+          s = stigmergy.create(1)
+          i = 0
+          while(i < 255) { s.put(i, 1000 + i) i = i + 1 }
+        }
+        function step() {
+          i = 0
+          while(i < 20) { s.put(254, i) s.get(254) s.size() s.get(300) i = i + 1 }
+          s.foreach(function(k, v, r) { })
+          s.put(100, nil) s.put(100, 1)
+        }",
+    ),
+    (
+        "text keys of entries",
+        "a = \"0123456789\"
+        function init() {
+          s = stigmergy.create(1)
+          a = string.concat(a, a, a, a, a)
+          a = string.concat(a, a, a, a)
+          i = 10
+          while(i < 50) { s.put(string.concat(a, \"abc\", string.tostring(i)), i) i = i + 1 }
+        }
+        function step() {
+          i = 10
+          while(i < 40) { k = string.concat(a, \"abc\", string.tostring(49)) s.put(k, i) s.get(k) i = i + 1 }
+        }",
     ),
     (
         "log of a table",

@@ -142,11 +142,12 @@ fn machine() -> String {
 
 /// The rows of the table of slices: a title, and the scripts of tests/hil of which the longest slice
 /// counts.
-const SLICES: [(&str, &[&str]); 7] = [
+const SLICES: [(&str, &[&str]); 8] = [
     ("loop", &["loop"]),
     ("functions of `math`; on the Kilobot `%` and `/` of floats", &["maths", "floats"]),
     ("a table that fills the memory", &["pairs", "foreach", "tables", "array"]),
-    ("a table of texts with 255 characters as keys", &["text keys"]),
+    ("texts with 200 characters or more as keys", &["text keys", "text keys of entries"]),
+    ("a stigmergy with all its entries", &["full store"]),
     (
         "a full heap that is collected all the time",
         &["garbage", "seldom", "list", "texts", "calls", "iterations"],

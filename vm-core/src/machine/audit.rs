@@ -30,6 +30,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.audit_stack()?;
         self.collect();
         self.audit_stack()?;
+        if self.digest() != self.sum_of_entries() {
+            return Err("the digest is not the sum over the entries");
+        }
         self.audit_heap()
     }
 

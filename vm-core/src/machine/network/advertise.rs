@@ -14,7 +14,7 @@
 //! low rate, and set no timer. However many there are, they cost each robot at most one frame in
 //! [`RELAY_PAUSE`] steps.
 
-use super::protocol::{ALONE, COMPARED, Count, DIGEST_KNOWN, Timer};
+use super::protocol::{ALONE, COMPARED, Count, DIGEST_BITS, DIGEST_KNOWN, Timer};
 use super::swarms::NEWS;
 use crate::builtin::Feature;
 use crate::bytecode::ByteCode;
@@ -23,7 +23,7 @@ use crate::host::Host;
 use crate::machine::Vm;
 use crate::message::frame::Frame;
 use crate::message::{StigmergyEntry, Swarms};
-use crate::network::Places;
+use crate::network::{HAS_MANY_PLACES, Places};
 use crate::number::Profile;
 use crate::part::Part;
 use crate::stamp::is_earlier;
@@ -410,19 +410,43 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns the sum of the hashes of all entries, of 24 bits. Deleted entries are not included,
     /// since robots forget them at different times.
-    fn digest(&mut self) -> u32 {
-        if self.protocol.digest & DIGEST_KNOWN == 0 {
-            let mut sum = 0_u32;
-            for place in 0..self.sizes().entries {
-                let at = self.entry_slot(place);
-                let (entry, digest) = self.entry_message(at);
-                if self.entry_state(at) != 0 && !entry.value.is_nil() {
-                    sum = sum.wrapping_add(hash(&entry, digest));
-                }
-            }
-            self.protocol.digest = (sum & 0x00ff_ffff) | DIGEST_KNOWN;
+    pub(in crate::machine) fn digest(&mut self) -> u32 {
+        if !HAS_MANY_PLACES && self.protocol.digest & DIGEST_KNOWN == 0 {
+            self.protocol.digest = self.sum_of_entries() | DIGEST_KNOWN;
         }
-        self.protocol.digest & !DIGEST_KNOWN
+        self.protocol.digest & DIGEST_BITS
+    }
+
+    /// Returns the digest after adding up all entries.
+    pub(in crate::machine) fn sum_of_entries(&self) -> u32 {
+        let mut sum = 0_u32;
+        for place in 0..self.sizes().entries {
+            sum = sum.wrapping_add(self.summand(self.entry_slot(place)));
+        }
+        sum & DIGEST_BITS
+    }
+
+    /// Returns the part of an entry in the digest.
+    fn summand(&self, at: usize) -> u32 {
+        let (entry, digest) = self.entry_message(at);
+        if self.entry_state(at) == 0 || entry.value.is_nil() { 0 } else { hash(&entry, digest) }
+    }
+
+    /// Takes an entry out of the digest, before it changes.
+    #[hot]
+    pub(super) fn subtract_entry(&mut self, at: usize) {
+        self.protocol.digest = match HAS_MANY_PLACES {
+            true => self.protocol.digest.wrapping_sub(self.summand(at)),
+            false => 0,
+        };
+    }
+
+    /// Adds an entry that was taken out by [`Vm::subtract_entry`] to the digest again.
+    #[hot]
+    pub(super) fn add_entry(&mut self, at: usize) {
+        if HAS_MANY_PLACES {
+            self.protocol.digest = self.protocol.digest.wrapping_add(self.summand(at));
+        }
     }
 
     /// Handles an entry for which there is no room: counts it, and relays it if none was relayed

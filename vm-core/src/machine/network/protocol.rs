@@ -7,8 +7,11 @@ use crate::message::Topics;
 use crate::network::{Places, Sizes};
 
 /// The bit of [`Protocol::digest`] that is set while the sum in the lower 24 bits is valid. A
-/// change of an entry clears it.
+/// change of an entry clears it. A machine that may have many entries keeps the sum valid instead,
+/// since adding them all would take too long for a slice.
 pub(in crate::machine) const DIGEST_KNOWN: u32 = 1 << 31;
+/// The bits of the sum over all entries.
+pub(super) const DIGEST_BITS: u32 = 0x00ff_ffff;
 
 /// A [`Protocol::alone`] after which others may have forgotten deletions that the robot missed.
 pub(super) const ALONE: u8 = super::advertise::FORGOTTEN as u8;
@@ -101,7 +104,7 @@ pub(in crate::machine) struct Protocol {
     pub(in crate::machine) has_dropped: bool,
     /// True if a neighbor sends beacons without a digest: it may lack entries.
     pub(in crate::machine) meets_beacon: bool,
-    /// The sum over all entries; valid if [`DIGEST_KNOWN`] is set.
+    /// The sum over all entries; see [`DIGEST_KNOWN`].
     pub(in crate::machine) digest: u32,
     /// The latest clock that was put or received, on any key.
     pub(in crate::machine) clock: u32,

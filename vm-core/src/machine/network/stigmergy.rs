@@ -140,6 +140,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.sizes().have_index() && self.entry_state(at) == 0 {
             self.link_entry(at, stigmergy);
         }
+        self.subtract_entry(at);
         let [low, high, highest, _] = stamp.clock.to_le_bytes();
         let clock = u16::from_le_bytes([low, high]);
         if self.arena.index_at(at + CLOCK) as u16 != clock {
@@ -152,8 +153,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // For a deleted entry this slot is the age.
         let digest = if stamp.value.is_nil() { 0 } else { stamp.digest };
         self.arena.set_link(at + DIGEST, digest.into());
+        self.add_entry(at);
         self.protocol.has_dirty_entries = true;
-        self.protocol.digest = 0;
         // A later put takes the place of an unconfirmed one, and so does the put of another robot
         // on the same key.
         if own != 0 || usize::from(self.protocol.newest) == at {
@@ -168,6 +169,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if self.sizes().have_index() {
             self.unlink_entry(at);
         }
+        self.subtract_entry(at);
         self.arena.fill(at, at + ENTRY);
     }
 
@@ -240,7 +242,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.protocol.is_complete = false;
             }
         }
-        self.protocol.digest = 0;
     }
 
     /// Returns the clock of a put after `clock`, and remembers it.
@@ -507,7 +508,6 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.protocol.has_dropped = false;
             }
         }
-        self.protocol.digest = 0;
         self.protocol.is_complete = false;
         Ok(stigmergy)
     }
