@@ -1,6 +1,7 @@
 //! Strings made at run time, which exist only in the full profile.
 //!
-//! A text is a chain of cells with four bytes in each slot; the first slot holds the length.
+//! A text is a chain of cells with four bytes in each slot; the first slot holds the length, and a hash
+//! by which the search for a key tells most other texts apart at once.
 
 use super::NoCell;
 use crate::arena::{Arena, CELL};
@@ -9,6 +10,8 @@ use crate::slots::Slots;
 use crate::value::{Tag, Value};
 
 const SLOT_BYTES: usize = 4;
+/// The bits of the length in the first slot. The hash has the others.
+const LENGTH_BITS: u32 = 24;
 /// The number of bytes in the first cell, after the length.
 const IN_HEAD: usize = (CELL - 2) * SLOT_BYTES;
 const IN_CELL: usize = (CELL - 1) * SLOT_BYTES;
@@ -22,6 +25,7 @@ pub(crate) struct TextBuilder {
     /// The number of bytes still free in this cell.
     room: usize,
     length: usize,
+    hash: u32,
 }
 
 /// A position in a text.
@@ -45,7 +49,7 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
     pub(crate) fn new_text(&mut self) -> Result<TextBuilder, NoCell> {
         let head = self.take_cell()?.get();
         self.set(head + 1, Value::int(0));
-        Ok(TextBuilder { head, cell: head, room: IN_HEAD, length: 0 })
+        Ok(TextBuilder { head, cell: head, room: IN_HEAD, length: 0, hash: 0 })
     }
 
     /// Adds a cell to the text. Changes nothing on failure.
@@ -69,12 +73,14 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
         self.set_fast(slot, Value::int((old | u32::from(byte) << shift) as i32));
         text.room -= 1;
         text.length += 1;
+        text.hash = text.hash.wrapping_mul(31).wrapping_add(byte.into());
         true
     }
 
-    /// Completes the text by storing its length.
+    /// Completes the text by storing its length and its hash.
     pub(crate) fn text_end(&mut self, text: &TextBuilder) {
-        self.set(text.head + 1, Value::int(text.length as i32));
+        let first = text.length as u32 | text.hash << LENGTH_BITS;
+        self.set(text.head + 1, Value::int(first as i32));
     }
 
     /// Returns the text that is being built.
@@ -84,7 +90,8 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
 
     /// Returns the position of the first byte of a text.
     pub(crate) fn text_start(&self, text: usize) -> TextCursor {
-        let length = P::int_to_i32(self.get(text + 1).raw()) as usize;
+        let first = P::int_to_i32(self.get(text + 1).raw()) as u32;
+        let length = (first & ((1 << LENGTH_BITS) - 1)) as usize;
         // The first slot after the length.
         TextCursor { cell: text, at: SLOT_BYTES, left: length }
     }
@@ -115,10 +122,12 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
 
     #[one_copy]
     fn same_bytes(&self, a: usize, b: usize) -> bool {
-        // Unused bytes are zero, and unused slots nil, so equal texts have equal slots. The first
-        // slot is the length.
+        // Unused bytes and slots are zero, so equal texts have equal slots. The first slot is
+        // length and hash.
         let (mut a, mut b) = (a, b);
-        while (1..CELL).all(|place| self.get_fast(a + place).same(self.get_fast(b + place))) {
+        while (1..CELL)
+            .all(|place| self.get_fast(a + place).raw() == self.get_fast(b + place).raw())
+        {
             (a, b) = (self.link(a), self.link(b));
             if a == 0 || b == 0 {
                 return true;
