@@ -5,7 +5,8 @@ use crate::shell::Invocation;
 /// Arguments that skip the tests on the slower emulated processors.
 pub const SKIP_SLOW: [&str; 2] = ["--skip", "qemu"];
 
-/// The package whose tests carry out the guides. They compile a copy of the repository.
+/// The package whose integration test carries out the guides. It compiles a copy of the repository,
+/// so it is a step of its own.
 pub const GUIDES: &str = "bittybuzz-guides";
 
 /// The variable that makes tests of `tests/hil` compare their figures with `bench/hil.json` if it is
@@ -25,7 +26,7 @@ pub fn cargo_test(arguments: &[&str]) -> Invocation {
 /// their recorded run, or the date under which their runs are recorded. The packages are selected
 /// together with those that share a build, so that the program uses the crates of that build.
 pub fn guides(wanted: &str, chosen: &[&str]) -> Invocation {
-    let arguments = [&all_but(&[BOOK, PROBE_RS])[..], &["--test", "guides", "--"], chosen];
+    let arguments = [&shared_packages()[..], &["--test", "guides", "--"], chosen];
     cargo_test(&arguments.concat()).env("BITTYBUZZ_GUIDES", wanted)
 }
 
@@ -48,12 +49,7 @@ pub const PROBE_RS: &str = "bittybuzz-probe-rs-test";
 
 /// Returns the options that select all packages that share a build of their tests.
 pub fn shared_packages() -> Vec<&'static str> {
-    all_but(&[BOOK, GUIDES, PROBE_RS])
-}
-
-/// Returns the options that select all packages but these and [`EMULATORS`].
-fn all_but(others: &[&'static str]) -> Vec<&'static str> {
-    let others = others.iter().flat_map(|package| ["--exclude", package]);
+    let others = [BOOK, PROBE_RS].into_iter().flat_map(|package| ["--exclude", package]);
     all_but_emulators().into_iter().chain(others).collect()
 }
 
