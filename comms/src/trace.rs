@@ -208,7 +208,8 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
                 // The tiny profile makes no strings at run time.
                 None if !P::FULL => put(&mut record, &[REST]),
                 None => {
-                    let length = text.bytes().count();
+                    // Counting all bytes of a long text would take too long for a slice.
+                    let length = text.bytes().take(room - 1).count();
                     let kept = length.min(room - 2);
                     put_item(&mut record, TEXT, &[kept as u8]);
                     text.bytes().take(kept).for_each(|byte| put(&mut record, &[byte]));

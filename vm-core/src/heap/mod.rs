@@ -26,7 +26,7 @@ pub use pausing::{Collection, CollectionState};
 pub(crate) use pausing::{Phase, Progress, Repeat};
 pub(crate) use table::ITERATION;
 pub(crate) use table::{VISIT, Visit};
-pub(crate) use text::{TextBuilder, TextCursor};
+pub(crate) use text::{TextBuilder, TextCursor, TextPart};
 
 use crate::value::Tag;
 

@@ -28,6 +28,24 @@ pub(crate) struct TextBuilder {
     hash: u32,
 }
 
+/// At most four bytes of a text.
+#[derive(Clone, Copy)]
+pub(crate) struct TextPart {
+    /// The bytes, the first one lowest; those after the last one are zero.
+    bytes: u32,
+    count: usize,
+}
+
+impl TextPart {
+    pub(crate) fn of(byte: u8) -> Self {
+        TextPart { bytes: byte.into(), count: 1 }
+    }
+
+    pub(crate) fn count(self) -> usize {
+        self.count
+    }
+}
+
 /// A position in a text.
 #[derive(Clone, Copy)]
 pub(crate) struct TextCursor {
@@ -61,19 +79,25 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
         Ok(())
     }
 
-    /// Appends a byte. Returns false if the last cell is full.
+    /// Appends bytes to the slot that is being filled, as many as it has room for, and removes them
+    /// from `part`. Returns false if the last cell is full.
     #[hot]
-    pub(crate) fn text_put(&mut self, text: &mut TextBuilder, byte: u8) -> bool {
+    pub(crate) fn text_put(&mut self, text: &mut TextBuilder, part: &mut TextPart) -> bool {
         if text.room == 0 {
             return false;
         }
         let slot = text.cell + CELL - text.room.div_ceil(SLOT_BYTES);
-        let shift = 8 * ((SLOT_BYTES - text.room % SLOT_BYTES) % SLOT_BYTES);
-        let old = if shift == 0 { 0 } else { P::int_to_i32(self.get_fast(slot).raw()) as u32 };
-        self.set_fast(slot, Value::int((old | u32::from(byte) << shift) as i32));
-        text.room -= 1;
-        text.length += 1;
-        text.hash = text.hash.wrapping_mul(31).wrapping_add(byte.into());
+        let used = (SLOT_BYTES - text.room % SLOT_BYTES) % SLOT_BYTES;
+        let old = if used == 0 { 0 } else { P::int_to_i32(self.get_fast(slot).raw()) as u32 };
+        self.set_fast(slot, Value::int((old | part.bytes << (8 * used)) as i32));
+        let count = part.count.min(SLOT_BYTES - used);
+        for byte in part.bytes.to_le_bytes().iter().take(count) {
+            text.hash = text.hash.wrapping_mul(31).wrapping_add(u32::from(*byte));
+        }
+        part.bytes = part.bytes.checked_shr(8 * count as u32).unwrap_or(0);
+        part.count -= count;
+        text.room -= count;
+        text.length += count;
         true
     }
 
@@ -94,6 +118,35 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
         let length = (first & ((1 << LENGTH_BITS) - 1)) as usize;
         // The first slot after the length.
         TextCursor { cell: text, at: SLOT_BYTES, left: length }
+    }
+
+    /// Moves a position forward by at most `bytes`.
+    pub(crate) fn text_skip(&self, cursor: &mut TextCursor, bytes: usize) {
+        let bytes = bytes.min(cursor.left);
+        cursor.left -= bytes;
+        cursor.at += bytes;
+        while cursor.at > IN_CELL {
+            cursor.cell = self.link(cursor.cell);
+            cursor.at -= IN_CELL;
+        }
+    }
+
+    /// Returns the bytes of a text up to the end of a slot, at most `most` of them, and moves the
+    /// position after them.
+    #[hot]
+    pub(crate) fn text_part(&self, cursor: &mut TextCursor, most: usize) -> TextPart {
+        if cursor.at == IN_CELL && cursor.left != 0 {
+            cursor.cell = self.link(cursor.cell);
+            cursor.at = 0;
+        }
+        let slot = cursor.cell + 1 + cursor.at / SLOT_BYTES;
+        let before = cursor.at % SLOT_BYTES;
+        let count = (SLOT_BYTES - before).min(cursor.left).min(most);
+        let word = P::int_to_i32(self.get_fast(slot).raw()) as u32 >> (8 * before);
+        let unused = 8 * (SLOT_BYTES - count) as u32;
+        cursor.at += count;
+        cursor.left -= count;
+        TextPart { bytes: word & u32::MAX.checked_shr(unused).unwrap_or(0), count }
     }
 
     /// Returns the next byte of a text.
@@ -144,9 +197,10 @@ mod tests {
     use crate::number::Full;
 
     fn push(memory: &mut TestArena<Full, 400>, text: &mut TextBuilder, byte: u8) {
-        if !memory.text_put(text, byte) {
+        let mut part = TextPart::of(byte);
+        if !memory.text_put(text, &mut part) {
             memory.text_grow(text).unwrap();
-            assert!(memory.text_put(text, byte));
+            assert!(memory.text_put(text, &mut part));
         }
     }
 

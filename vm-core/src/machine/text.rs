@@ -6,7 +6,7 @@ use super::{MemoryView, Vm};
 use crate::builtin::{self, string};
 use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
-use crate::heap::{TextBuilder, TextCursor};
+use crate::heap::{TextBuilder, TextCursor, TextPart};
 use crate::message::content::ContentReader;
 use crate::number::{self, Number, Profile, TextWork};
 use crate::value::{Tag, Value};
@@ -154,12 +154,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     #[hot]
-    fn add(&mut self, text: &mut TextBuilder, byte: u8) -> Result<(), Stopped> {
-        if !self.arena.text_put(text, byte) {
-            self.allocate(|vm| vm.arena.text_grow(text))?;
-            self.arena.text_put(text, byte);
+    fn add(&mut self, text: &mut TextBuilder, mut part: TextPart) -> Result<(), Stopped> {
+        while part.count() != 0 {
+            if !self.arena.text_put(text, &mut part) {
+                self.allocate(|vm| vm.arena.text_grow(text))?;
+            }
         }
         Ok(())
+    }
+
+    fn add_byte(&mut self, text: &mut TextBuilder, byte: u8) -> Result<(), Stopped> {
+        self.add(text, TextPart::of(byte))
     }
 
     /// Returns a string of the next `length` bytes of a message.
@@ -170,7 +175,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<Value<P>, Stopped> {
         let mut text = self.begin_text()?;
         for _ in 0..length {
-            self.add(&mut text, reader.byte())?;
+            self.add_byte(&mut text, reader.byte())?;
         }
         Ok(self.end_text(&text))
     }
@@ -185,17 +190,23 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), Stopped> {
         let mut cursor = self.view().cursor(value);
         self.charge(self.view().left(&cursor).min(to));
+        // Most long texts were made at run time.
+        if let Cursor::Made(made) = &mut cursor {
+            self.arena.text_skip(made, from);
+            let mut left = (to - from).min(made.left());
+            while left != 0 {
+                let part = self.arena.text_part(made, left);
+                left -= part.count();
+                self.add(text, part)?;
+            }
+            return Ok(());
+        }
         for _ in 0..from {
             let _ = self.view().next(&mut cursor);
         }
         for _ in from..to {
-            // Most long texts were made at run time, so the loop reads them directly.
-            let next = match &mut cursor {
-                Cursor::Made(made) => self.arena.text_next(made),
-                other => self.view().next(other),
-            };
-            let Some(byte) = next else { break };
-            self.add(text, byte)?;
+            let Some(byte) = self.view().next(&mut cursor) else { break };
+            self.add_byte(text, byte)?;
         }
         Ok(())
     }
@@ -302,14 +313,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     fn add_bytes(&mut self, text: &mut TextBuilder, bytes: &[u8]) -> Result<(), Stopped> {
-        bytes.iter().try_for_each(|byte| self.add(text, *byte))
+        bytes.iter().try_for_each(|byte| self.add_byte(text, *byte))
     }
 
     fn add_number(&mut self, text: &mut TextBuilder, number: Number) -> Result<(), Stopped> {
         let mut result = Ok(());
         let mut sink = |byte| {
             if result.is_ok() {
-                result = self.add(text, byte);
+                result = self.add_byte(text, byte);
             }
         };
         match number {
