@@ -218,7 +218,7 @@ fn unknown_names_are_reported_with_their_place() {
 #[test]
 fn a_robot_without_a_model_is_refused() {
     let kilobot = bittybuzz_robot_files::shipped()[0].text;
-    let large = kilobot.replace("memory = 1768", "memory = 262144");
+    let large = kilobot.replace("memory = 1765", "memory = 262144");
     let slots = kilobot.lines().find(|line| line.starts_with("slots")).unwrap_or_default();
     let large = large.replace(slots, "slots = 65520");
     let folder = folder("misfit", &[("s.bzz", SCRIPT), ("large.toml", &large)]);

@@ -399,6 +399,13 @@ fn is_fragment(frame: &[u8]) -> bool {
     frame.first().is_some_and(|first| first & 0xf0 == FRAGMENT)
 }
 
+/// Returns true if other fragments of the same message follow a frame with that first byte.
+#[inline(always)]
+pub fn is_followed(first: u8) -> bool {
+    // The bit of `FRAGMENTS_MAX` is set in the last fragment.
+    first & (0xf0 | FRAGMENTS_MAX) == FRAGMENT
+}
+
 impl<P: Profile, const BYTES: usize, const FRAMES: usize, const MESSAGES: usize> Default
     for Outbox<P, BYTES, FRAMES, MESSAGES>
 {

@@ -42,6 +42,7 @@ use core::arch::global_asm;
 use core::mem::offset_of;
 
 use bittybuzz_comms::infrared::{self, FaultReport};
+use bittybuzz_comms::queue::is_followed;
 use bittybuzz_kilobot::calibration::{self, DUTIES, ID, TRANSMITTERS};
 use bittybuzz_kilobot::controller;
 use bittybuzz_kilobot::distance::distance;
@@ -68,6 +69,11 @@ const SLOTS: usize = toml::SLOTS + toml::SIZES.slots();
 const _: () = assert!(size_of::<Machine>() <= toml::MEMORY - toml::QUEUE_MEMORY);
 
 /// Makes the link fail if the program contains a panic.
+/// Returns the low byte of timer 1 as a random number, since the timers of two robots soon differ.
+fn random() -> u8 {
+    registers().TC1.tcnt1().read().bits() as u8
+}
+
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {
@@ -191,11 +197,11 @@ impl App {
                 calibration::entry(gain, index, |address| eeprom::read(&registers(), address))
             });
             // The inbox accepts only swarm frames.
-            return robot.inbox.push_except(
-                &infrared::frame(kind, data),
-                mm.unwrap_or(0),
-                unwanted,
-            );
+            robot.inbox.push_except(&infrared::frame(kind, data), mm.unwrap_or(0), unwanted);
+            if is_followed(kind) && !robot.outbox.is_within_message() {
+                self.sender.defer(clock::now(&registers()), random());
+            }
+            return;
         }
         let was = robot.mode.state;
         match robot.mode.handle(kind, data) {
@@ -308,10 +314,7 @@ impl App {
             self.sender.sent(now, robot.outbox.is_within_message());
             self.sent = self.sent.wrapping_add(1);
         } else {
-            // The low byte of timer 1 serves as a random number, since the timers of two robots
-            // soon differ.
-            let random = registers().TC1.tcnt1().read().bits() as u8;
-            self.sender.collided(now, random);
+            self.sender.collided(now, random());
             let [data @ .., kind, _, _] = &message;
             robot.outbox.unpop(&infrared::frame(*kind, data));
         }

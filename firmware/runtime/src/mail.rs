@@ -158,6 +158,11 @@ impl<
         self.waiting.wait().await;
     }
 
+    /// Returns true if some fragments of a long message were sent, and others not.
+    pub fn is_within_message(&self) -> bool {
+        with(&self.outbox, |outbox| outbox.is_within_message()).unwrap_or(false)
+    }
+
     /// Takes the next frame to be sent, and returns its length.
     pub fn next_unsent(&self, frame: &mut [u8; FRAME]) -> Option<usize> {
         with(&self.outbox, |outbox| outbox.pop(frame))?

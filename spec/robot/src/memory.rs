@@ -14,7 +14,7 @@ const REGISTERS: [u32; 2] = [84, 100];
 const COLLECTION: [u32; 2] = [30, 32];
 
 /// Bytes of the protocol: the times of messages to be sent, and counters.
-const PROTOCOL: u32 = 69;
+const PROTOCOL: u32 = 66;
 /// Bytes that a queue adds to a frame: the number of the next frame, and the priority, which
 /// includes whether the frame is stale.
 const QUEUED: u32 = 2;

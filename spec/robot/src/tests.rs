@@ -394,7 +394,7 @@ fn the_message_shows_the_line() {
     let expected = "toy.toml:10:11: 1000 slots of 4 bytes do not fit in 2027 bytes of `memory`, with neighbors \
                     and messages\n\
                     10 | slots =   1_000\n   |           ^^^^^\n\
-                    help: there is room for 204 `slots`; or set `memory` to 5211 or more: earlier versions needed less";
+                    help: there is room for 204 `slots`; or set `memory` to 5208 or more: earlier versions needed less";
     assert_eq!(RobotErrors(vec![error]).to_string(), expected);
 }
 

@@ -58,12 +58,12 @@ impl Protocol {
         (sizes, stigmergies, step, last_sender, shares, has_dirty_entries).hash(hasher);
         let Protocol { messages_left, topics, in_message, conflict, is_resting, silent, .. } = self;
         (messages_left, topics, in_message, *conflict as u8, is_resting, silent).hash(hasher);
-        let Protocol { interval, timers, newest, is_unheard, advertised, .. } = self;
-        (interval, timers, newest, is_unheard, advertised).hash(hasher);
+        let Protocol { interval, timers, newest, flags, advertised, .. } = self;
+        (interval, timers, newest, flags, advertised).hash(hasher);
         let Protocol { relayed, answers, .. } = self;
         (relayed, answers).hash(hasher);
-        let Protocol { reclaimed, age, turn, unadvertised, has_dropped, meets_beacon, .. } = self;
-        (reclaimed, age, turn, unadvertised, has_dropped, meets_beacon).hash(hasher);
+        let Protocol { reclaimed, age, turn, unadvertised, .. } = self;
+        (reclaimed, age, turn, unadvertised).hash(hasher);
         // The digest follows from the entries, and some machines add them up later than others.
         let Protocol { clock, jitter, counters, .. } = self;
         (clock, jitter, counters).hash(hasher);

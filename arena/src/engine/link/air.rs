@@ -3,6 +3,7 @@
 use core::hash::Hash;
 
 use super::packet::Transmission;
+use super::radio::deferral_us;
 use super::topology::Topology;
 use super::{LinkSettings, Loss, Medium};
 use crate::engine::TICK_US;
@@ -44,6 +45,9 @@ pub(crate) struct Transmissions {
     latest: Vec<u32>,
     beams: Vec<Beam>,
     transmissions: Vec<Transmission>,
+    /// The latest fragments after which others of their messages follow, as long as other robots wait
+    /// for these.
+    begun: Vec<Beam>,
 }
 
 /// A link and the reach of its frames.
@@ -77,6 +81,7 @@ impl Transmissions {
             latest: vec![END; cells.count()],
             beams: Vec::new(),
             transmissions: Vec::new(),
+            begun: Vec::new(),
         }
     }
 
@@ -129,6 +134,9 @@ impl Transmissions {
     /// Everything else is derived from these.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
         digest.text_of(&self.links);
+        for Beam { start, from, link, .. } in &self.begun {
+            (start, from, link).hash(digest);
+        }
         for transmission in &self.transmissions {
             let Transmission { start, from, link, x, y, z, claim, packet } = transmission;
             (start, from, link, packet.bytes()).hash(digest);
@@ -147,6 +155,11 @@ impl Transmissions {
             self.latest[self.cells.cell_at(beam.x, beam.y)] = END;
         }
         self.beams.clear();
+        let awaited: u32 = deferral_us(self.medium).unwrap_or_default().iter().sum();
+        self.begun.retain_mut(|beam| {
+            beam.start -= tick;
+            beam.start + air_time + awaited as i32 > 0
+        });
         self.transmissions.retain_mut(|transmission| {
             transmission.start -= tick;
             transmission.start + 2 * air_time > 0
@@ -160,6 +173,31 @@ impl Transmissions {
     pub(crate) fn send(&mut self, transmission: Transmission) {
         self.transmissions.push(transmission);
         self.enter(self.transmissions.len() - 1);
+    }
+
+    /// Takes note that other fragments of the same message follow the latest transmission.
+    pub(crate) fn expect_more(&mut self) {
+        if deferral_us(self.medium).is_some() {
+            self.begun.extend(self.beams.last().copied());
+        }
+    }
+
+    /// Returns the end of the latest fragment that a robot has received by the time `at`, and after
+    /// which others of the same message follow.
+    pub(crate) fn begun(
+        &self,
+        robot: RobotId,
+        pose: &Pose,
+        at: i32,
+        topology: &Topology,
+    ) -> Option<i32> {
+        let reaches = |beam: &&Beam| {
+            beam.from != robot
+                && self.reaches(beam, distance_squared(beam, pose))
+                && topology.connects(robot, beam.from)
+        };
+        let ends = self.begun.iter().filter(reaches).map(|beam| beam.start);
+        ends.map(|start| start + self.medium.air_time_us() as i32).filter(|end| *end <= at).max()
     }
 
     fn enter(&mut self, index: usize) {

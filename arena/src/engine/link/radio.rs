@@ -20,6 +20,22 @@ const TIMER_US: u32 = 256 * UNIT_US;
 const SPACING: u16 = 256;
 const EARLY_MAX: u8 = 5;
 
+/// The most times in a row that a robot lets others finish their messages, twice the fragments of the
+/// longest message: as in the firmware.
+const DEFERRALS_MAX: u8 = 16;
+
+/// Returns the time in µs after a fragment in which the next one of the same message has arrived, and
+/// the longest random time that a robot adds before it sends; `None` if the firmware lets no other
+/// robot finish its message. They are those of robots/kilobot/link/src/sender.rs and
+/// firmware/zooids/src/radio/mod.rs.
+pub(super) const fn deferral_us(medium: Medium) -> Option<[u32; 2]> {
+    match medium {
+        Medium::Infrared => Some([SPACING as u32 * UNIT_US, 256 * UNIT_US]),
+        Medium::Nrf24 => Some([18_000, 16_000]),
+        Medium::P2p | Medium::RangeAndBearing => None,
+    }
+}
+
 /// Returns the time in µs before its own start in which a transmitter cannot sense the start of
 /// another one.
 const fn blind_us(medium: Medium) -> i32 {
@@ -52,6 +68,8 @@ pub(crate) struct RobotRadio {
     period: i32,
     /// Infrared: the number of fragments that were sent [`SPACING`] after another one.
     early: u8,
+    /// How often in a row the robot has let others finish their messages.
+    deferrals: u8,
 }
 
 impl RobotRadio {
@@ -77,13 +95,15 @@ impl RobotRadio {
             interrupt: build.below(period.max(1)) as i32,
             period: period as i32,
             early: 0,
+            deferrals: 0,
         }
     }
 
     /// Adds the complete state to a digest.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
-        let RobotRadio { late, waits, attempt, ready, script, interrupt, period, early } = self;
-        (waits, attempt, ready, script, interrupt, period, early).hash(digest);
+        let RobotRadio { late, waits, attempt, ready, script, interrupt, period, .. } = self;
+        (waits, attempt, ready, script, interrupt, period).hash(digest);
+        (self.early, self.deferrals).hash(digest);
         digest.text_of(late);
     }
 
@@ -153,6 +173,19 @@ impl RobotRadio {
         };
     }
 
+    /// Plans a later attempt, because another robot's fragment ended at `heard` and the next one of
+    /// the same message is to be expected. Returns false if the robot sends nevertheless.
+    pub(crate) fn defer(&mut self, medium: Medium, heard: i32, stream: &mut Stream) -> bool {
+        let Some([following, random]) = deferral_us(medium) else { return false };
+        let at = heard + (following + stream.below(random)) as i32;
+        if at <= self.attempt || self.deferrals == DEFERRALS_MAX {
+            return false;
+        }
+        self.deferrals += 1;
+        self.attempt = if medium == Medium::Infrared { self.timer(at) } else { at };
+        true
+    }
+
     /// Plans the next attempt after a frame that started at `self.attempt`. `is_within` is true if
     /// the next frame continues a long message.
     pub(crate) fn sent(
@@ -163,6 +196,7 @@ impl RobotRadio {
         stream: &mut Stream,
     ) {
         let end = self.attempt + medium.air_time_us() as i32;
+        self.deferrals = 0;
         self.attempt = match medium {
             Medium::Infrared => {
                 let period = u32::from(pacing.infrared.tx_period);
@@ -173,7 +207,9 @@ impl RobotRadio {
                 } else {
                     period + u32::from(core::mem::take(&mut self.early)) * (period - spacing)
                 };
-                let pause = units * UNIT_US;
+                // The robot counts with its own clock.
+                let pause =
+                    i64::from(units * UNIT_US) * i64::from(self.period) / i64::from(TIMER_US);
                 self.ready = end.max(self.attempt + pause as i32);
                 self.timer(self.ready)
             }
@@ -237,6 +273,50 @@ mod tests {
             }
         }
         assert!((114..=115).contains(&sent), "{sent} frames in a minute");
+    }
+
+    /// A robot whose clock is fast or slow sends at each of its interrupts within a message.
+    #[test]
+    fn fragments_follow_each_other_whatever_the_clock() {
+        let pacing = Media::STANDARD;
+        for seed in 0..20 {
+            let mut stream = Stream::new(seed, StreamPurpose::Send, 0, 0);
+            let mut radio = RobotRadio::new(Medium::Infrared, &pacing, &mut stream);
+            radio.plan(Medium::Infrared, &pacing, &mut stream);
+            let first = radio.attempt;
+            radio.sent(Medium::Infrared, &pacing, true, &mut stream);
+            assert!(
+                (32_000..33_600).contains(&(radio.attempt - first)),
+                "{}",
+                radio.attempt - first
+            );
+        }
+    }
+
+    #[test]
+    fn a_robot_waits_for_a_message_that_has_begun_but_not_for_ever() {
+        for (medium, most) in
+            [(Medium::Infrared, 100_000), (Medium::Nrf24, 34_000), (Medium::P2p, 0)]
+        {
+            let pacing = pacing();
+            let mut stream = Stream::new(1, StreamPurpose::Send, 0, 0);
+            let mut radio = RobotRadio::new(medium, &pacing, &mut stream);
+            radio.plan(medium, &pacing, &mut stream);
+            let mut waits = 0;
+            loop {
+                let heard = radio.attempt;
+                if !radio.defer(medium, heard, &mut stream) {
+                    break;
+                }
+                assert!((heard + 1..=heard + most).contains(&radio.attempt), "{medium:?}");
+                waits += 1;
+            }
+            assert_eq!(waits, if most == 0 { 0 } else { 16 }, "{medium:?}");
+            // A fragment from long ago.
+            radio.sent(medium, &pacing, false, &mut stream);
+            let long_ago = radio.attempt - 70_000;
+            assert!(!radio.defer(medium, long_ago, &mut stream));
+        }
     }
 
     #[test]

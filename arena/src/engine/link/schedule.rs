@@ -139,6 +139,14 @@ fn carry_out(
             seen.push(SendAttempt::Postponed { sender: robot, at_us: moment_us, sensed: busy });
         }
         radio.back_off(medium, busy, pacing, &mut stream);
+    } else if !brain.is_within_message()
+        && let Some(heard) = air.begun(robot, pose, at, window.topology)
+        && radio.defer(medium, heard, &mut stream)
+    {
+        count.postponed += 1;
+        if let Some(seen) = seen {
+            seen.push(SendAttempt::Postponed { sender: robot, at_us: moment_us, sensed: 1 });
+        }
     } else {
         let packet = Packet::written(medium, |frame| brain.next_frame(frame));
         radio.waits = packet.is_some() && brain.has_frame();
@@ -150,7 +158,11 @@ fn carry_out(
         let link = *link;
         let transmission = Transmission { start: at, from: robot, link, x, y, z, claim, packet };
         send(transmission, window, air, seen);
-        radio.sent(medium, pacing, brain.is_within_message(), &mut stream);
+        let is_within = brain.is_within_message();
+        if is_within {
+            air.expect_more();
+        }
+        radio.sent(medium, pacing, is_within, &mut stream);
         if !radio.waits {
             return None;
         }

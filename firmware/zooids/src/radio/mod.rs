@@ -3,13 +3,14 @@
 pub mod nrf24;
 
 use bittybuzz_comms::nrf24::{PAYLOAD_MAX, Payload};
+use bittybuzz_comms::queue::is_followed;
 use bittybuzz_motion::{Length, MM, units};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use bittybuzz_runtime::mail::{Mail, pause};
 use bittybuzz_vm_core::number::{Rng, Tiny};
 use bittybuzz_vm_core::{Sighting, Value};
 use embassy_futures::select::{Either3, select3};
-use embassy_time::{Instant, Timer};
+use embassy_time::{Duration, Instant, Timer};
 
 use crate::robot::{FRAME_BYTES, IN_LONG, IN_QUEUE, OUT_LONG, OUT_QUEUE};
 use crate::settings::{chip, setting};
@@ -49,6 +50,14 @@ const FIRST: u32 = 3;
 /// silence a robot.
 const BUSY_CHECKS_MAX: u8 = 4;
 
+/// The time in which the next fragment of a message arrives, unless the channel is busy: the longest
+/// pause of its sender.
+const FOLLOWING: Duration = Duration::from_millis(18);
+
+/// The most times in a row that a robot lets others finish their messages: twice the fragments of the
+/// longest one. Robots that begin messages and do not finish them therefore silence nobody.
+const DEFERRALS_MAX: u8 = 16;
+
 /// The receiver of swarm messages.
 struct SwarmReceiver {
     robot_id: u16,
@@ -60,12 +69,12 @@ struct SwarmReceiver {
 
 impl SwarmReceiver {
     /// Handles a received payload. The sender's location is computed now, because both robots may
-    /// have moved by the next step.
-    fn process(&mut self, payload: &[u8]) {
+    /// have moved by the next step. Returns true if other fragments of the same message follow.
+    fn process(&mut self, payload: &[u8]) -> bool {
         count(Count::Heard);
         let Some(Payload { robot, position, message }) = Payload::parse(payload) else {
             count(Count::Unknown);
-            return;
+            return false;
         };
         if robot == self.robot_id && !self.has_reported {
             self.has_reported = true;
@@ -78,11 +87,12 @@ impl SwarmReceiver {
             let [x, y] = there.map(|mm| i32::from(mm) * MM);
             let (distance, azimuth) = here.sight(x, y);
             if self.range.is_some_and(|range| distance > range) {
-                return;
+                return false;
             }
             place = Some([units::mm(distance), units::radians(azimuth), 0.0].map(Value::float));
         }
         MAIL.add_received(message, Sighting { robot: Some(robot), place });
+        message.first().is_some_and(|first| is_followed(*first))
     }
 }
 
@@ -97,7 +107,7 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
     let mut payload = [0; PAYLOAD_MAX];
     // The time of the next attempt to send.
     let mut turn: Option<Instant> = None;
-    let mut busy_checks = 0;
+    let (mut busy_checks, mut deferrals) = (0, 0);
     pulse.beat();
     radio.start().await;
     loop {
@@ -129,7 +139,7 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
                     busy_checks += 1;
                     continue;
                 }
-                busy_checks = 0;
+                (busy_checks, deferrals) = (0, 0);
                 match fill(&mut payload, robot_id) {
                     Some(length) => {
                         if let Some(payload) = payload.get_mut(..length) {
@@ -146,7 +156,15 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
         }
         radio.acknowledge();
         while let Some(length) = radio.receive(&mut payload) {
-            receiver.process(payload.get(..length).unwrap_or(&[]));
+            let is_followed = receiver.process(payload.get(..length).unwrap_or(&[]));
+            if let (Some(at), true) = (&mut turn, is_followed)
+                && deferrals != DEFERRALS_MAX
+                && !MAIL.is_within_message()
+            {
+                // Receivers have places for few messages at the same time.
+                *at = (*at).max(Instant::now() + FOLLOWING + pause(&mut rng));
+                deferrals += 1;
+            }
         }
     }
 }

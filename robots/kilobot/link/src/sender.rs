@@ -10,6 +10,9 @@ const SPACING: u16 = 256;
 /// The most fragments for which the pause after a message makes up, so that the mean rate stays two
 /// per second. The pause is then 2.8 s; neighbors would forget the robot after 3 s.
 const EARLY_MAX: u8 = 5;
+/// The most times in a row that a robot lets others finish their messages: twice the fragments of the
+/// longest one. Robots that begin messages and do not finish them therefore silence nobody.
+const DEFERRALS_MAX: u8 = 16;
 /// The time to the timer's next check, which is awaited while a message is being received.
 const CHECK_PERIOD: u16 = 255;
 
@@ -19,12 +22,14 @@ pub struct Sender {
     next: u16,
     /// The number of fragments that were sent [`SPACING`] instead of [`PERIOD`] after another one.
     early: u8,
+    /// How often the robot has let others finish their messages since a message was due.
+    deferrals: u8,
 }
 
 impl Sender {
     /// Plans the first message `wait` units after `now`, so that robots do not start together.
     pub const fn start(now: u16, wait: u8) -> Self {
-        Sender { next: now.wrapping_add(wait as u16), early: 0 }
+        Sender { next: now.wrapping_add(wait as u16), early: 0, deferrals: 0 }
     }
 
     /// Returns true if a message may be sent. Call this function at least every four seconds, even
@@ -34,6 +39,7 @@ impl Sender {
         if is_due {
             // The time stays within four seconds of `now`, which `is_past` needs.
             self.next = now;
+            self.deferrals = 0;
         }
         is_due
     }
@@ -41,6 +47,17 @@ impl Sender {
     /// Waits for the timer's next check, because a message is being received.
     pub fn wait(&mut self, now: u16) {
         self.next = now.wrapping_add(CHECK_PERIOD);
+    }
+
+    /// Lets another robot finish its long message, of which a fragment has arrived that is not the last
+    /// one: plans the next message `random` units after the time of the next fragment, so that those
+    /// who wait do not begin together. Receivers have places for few messages at the same time.
+    pub fn defer(&mut self, now: u16, random: u8) {
+        let at = now.wrapping_add(SPACING + u16::from(random));
+        if self.deferrals != DEFERRALS_MAX && is_past(self.next, at) {
+            self.deferrals += 1;
+            self.next = at;
+        }
     }
 
     /// Plans the next message after one was sent. `is_within` is true if it was a fragment, and the

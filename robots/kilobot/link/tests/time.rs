@@ -129,6 +129,36 @@ fn a_message_after_a_long_silence_is_sent_at_once() {
     assert!(sender.is_due(1265));
 }
 
+/// After a fragment of another robot's message it waits for the next one and for a random time. Robots that begin messages
+/// without end delay it for a second at most.
+#[test]
+fn a_robot_lets_others_finish_their_messages() {
+    let mut sender = Sender::start(0, 0);
+    sender.defer(0, 200);
+    assert!(!sender.is_due(455));
+    assert!(sender.is_due(456));
+    // The next message is planned for later.
+    sender.sent(456, false);
+    sender.defer(500, 255);
+    assert!(!sender.is_due(456 + 3905));
+    assert!(sender.is_due(456 + 3906));
+
+    let mut sender = Sender::start(0, 0);
+    let mut times = vec![0];
+    for unit in 0..200_000_u32 {
+        if unit % 256 == 0 {
+            sender.defer(unit as u16, (unit / 256 * 37) as u8);
+        }
+        if sender.is_due(unit as u16) {
+            times.push(unit);
+            sender.sent(unit as u16, false);
+        }
+    }
+    let longest = times.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap();
+    let ms = f64::from(longest - 3906) * UNIT;
+    assert!((400.0..1000.0).contains(&ms), "{ms} ms");
+}
+
 #[test]
 fn a_fault_blinks_as_often_as_its_number() {
     for number in 1..=17 {

@@ -14,7 +14,8 @@
 //! low rate, and set no timer. However many there are, they cost each robot at most one frame in
 //! [`RELAY_PAUSE`] steps.
 
-use super::protocol::{ALONE, COMPARED, Count, DIGEST_BITS, DIGEST_KNOWN, Timer};
+use super::protocol::{ALONE, COMPARED, Count, DIGEST_BITS, DIGEST_KNOWN, Flag, Timer};
+use super::stigmergy::{CLOCK, OWN};
 use super::swarms::NEWS;
 use crate::builtin::Feature;
 use crate::bytecode::ByteCode;
@@ -84,7 +85,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     break;
                 }
                 left -= 1;
-                if self.send_entry_at(host, at) {
+                if self.send_news(host, at) {
                     self.set_entry_state(at, state & !NEWS);
                 } else {
                     self.protocol.has_dirty_entries = true;
@@ -113,7 +114,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     self.protocol.has_dirty_entries = true;
                     break;
                 }
-                if self.send_entry_at(host, at) {
+                if self.send_news(host, at) {
                     self.set_entry_state(at, state & !NEWS);
                 } else {
                     self.protocol.has_dirty_entries = true;
@@ -123,6 +124,18 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         }
         self.flush_swarms(host);
         false
+    }
+
+    /// Sends an entry that has changed. Returns false if this has to be tried again, since the host has
+    /// no room for it.
+    ///
+    /// A long entry of another robot is left to the next advertisements. All neighbors of that robot
+    /// have received it at the same time: their copies would fill the air for as many frames as the
+    /// entry has fragments, and the robots' own entries would have to wait.
+    #[one_copy]
+    fn send_news<H: Host<P>>(&mut self, host: &mut H, at: usize) -> bool {
+        let is_own = self.arena.get(at + CLOCK).tag().byte() & OWN != 0;
+        !is_own && self.stamp(at).digest != 0 || self.send_entry_at(host, at)
     }
 
     /// Sends the memberships that the ending entry point has changed.
@@ -152,7 +165,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Notes that an entry has changed: for a while it is advertised often. A put of this robot that
     /// no other one has confirmed stays the newest entry until the next one.
     pub(super) fn hurry(&mut self, at: usize) {
-        if !self.protocol.is_unheard {
+        if !self.protocol.has(Flag::Unheard) {
             self.protocol.newest = at as u16;
         }
         self.advertise_soon();
@@ -179,7 +192,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.protocol.has_dirty_entries = true;
         } else {
             // The answer is advertised as the newest entry, in place of an unconfirmed put.
-            self.protocol.is_unheard = false;
+            self.protocol.clear(Flag::Unheard);
         }
         self.hurry(at);
     }
@@ -272,7 +285,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Returns true if the robot keeps all entries of its stigmergies that it receives.
     fn is_comparable(&self) -> bool {
-        self.protocol.stigmergies != 0 && !self.protocol.has_dropped
+        self.protocol.stigmergies != 0 && !self.protocol.has(Flag::Dropped)
     }
 
     /// Sends the newest entry until enough neighbors are known to have it. Also sends the next
@@ -282,7 +295,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let mut sent = 0;
         if self.protocol.interval >= LONG_INTERVAL {
             // Nobody may be there that could confirm a put.
-            self.protocol.is_unheard = false;
+            self.protocol.clear(Flag::Unheard);
         } else if newest != 0 && self.is_shared(newest) {
             self.send_entry_at(host, newest);
             sent = newest;
@@ -290,8 +303,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.protocol.turn = self.protocol.turn.wrapping_add(1);
         let mut has_entries = self.protocol.unadvertised != 0;
         if !has_entries && self.protocol.turn.is_multiple_of(SLOW_TURNS) {
-            has_entries = self.protocol.has_dropped || self.protocol.meets_beacon;
-            self.protocol.meets_beacon = false;
+            has_entries = self.protocol.has(Flag::Dropped) || self.protocol.has(Flag::MeetsBeacon);
+            self.protocol.clear(Flag::MeetsBeacon);
         }
         let mut burst = self.burst();
         let entries = self.sizes().entries;
@@ -363,7 +376,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     pub(super) fn compare(&mut self, theirs: Option<(u32, u32)>) {
         self.end_absence();
         let Some((theirs, floor)) = theirs else {
-            self.protocol.meets_beacon = true;
+            self.protocol.set(Flag::MeetsBeacon);
             return;
         };
         // New keys then have later clocks than the deletions that the neighbor has forgotten.
@@ -378,11 +391,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 protocol.floor = floor;
             }
             protocol.settled = protocol.clock as u16;
-            protocol.is_complete = true;
+            protocol.set(Flag::Complete);
             return;
         }
         if protocol.floor == floor {
-            protocol.is_complete = false;
+            protocol.clear(Flag::Complete);
         } else {
             protocol.set_timer(Timer::Distrust, DISTRUST_STEPS);
         }
@@ -473,8 +486,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
 
     /// Takes note that an entry was not kept, if `is_value`.
     pub(super) fn drop_entry(&mut self, is_value: bool) {
-        self.protocol.has_dropped |= is_value;
-        self.protocol.is_complete &= !is_value;
+        if is_value {
+            self.protocol.set(Flag::Dropped);
+            self.protocol.clear(Flag::Complete);
+        }
     }
 
     /// Advances the pauses, and the age of deleted entries.
@@ -489,7 +504,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             protocol.reclaimed -= 1;
         }
         if protocol.age.is_multiple_of(RETRY_STEPS) {
-            protocol.has_dropped = false;
+            protocol.clear(Flag::Dropped);
         }
         if protocol.age.is_multiple_of(AGE_STEPS) {
             if protocol.alone != ALONE {

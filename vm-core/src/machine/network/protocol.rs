@@ -78,9 +78,8 @@ pub(in crate::machine) struct Protocol {
     pub(in crate::machine) timers: [u8; 5],
     /// The first slot of the entry that changed last; 0 if none has changed.
     pub(in crate::machine) newest: u16,
-    /// True while [`Protocol::newest`] is a put of this robot that it has not yet received from
-    /// another one: every neighbor may have missed it.
-    pub(in crate::machine) is_unheard: bool,
+    /// The set of [`Flag`]s, in one byte, since memory is scarce on a Kilobot.
+    pub(in crate::machine) flags: u8,
     /// The place of the entry that was advertised last. Places after those of all entries stand for
     /// swarms.
     pub(in crate::machine) advertised: Places,
@@ -100,10 +99,6 @@ pub(in crate::machine) struct Protocol {
     pub(in crate::machine) differing: u16,
     /// Steps before the next help for that neighbor.
     pub(in crate::machine) help_pause: u8,
-    /// True if entries were received that are not kept, so that the digest is of no use.
-    pub(in crate::machine) has_dropped: bool,
-    /// True if a neighbor sends beacons without a digest: it may lack entries.
-    pub(in crate::machine) meets_beacon: bool,
     /// The sum over all entries; see [`DIGEST_KNOWN`].
     pub(in crate::machine) digest: u32,
     /// The latest clock that was put or received, on any key.
@@ -114,9 +109,6 @@ pub(in crate::machine) struct Protocol {
     /// The latest clock of a deletion whose place was taken, here or at a robot with the same
     /// entries.
     pub(in crate::machine) floor: u32,
-    /// True if a neighbor had the same entries, and none was lost since: the robot knows all keys
-    /// that are not later than the floor.
-    pub(in crate::machine) is_complete: bool,
     /// Sixteens of steps since a beacon or an entry was received, up to [`ALONE`]; then, once one was
     /// received, more of them up to [`COMPARED`].
     pub(in crate::machine) alone: u8,
@@ -124,6 +116,22 @@ pub(in crate::machine) struct Protocol {
     pub(in crate::machine) jitter: u16,
     /// The counters of [`NetworkCounters`](crate::network::NetworkCounters), by [`Count`].
     pub(in crate::machine) counters: [u16; 7],
+}
+
+/// A property that holds or not. The numbers are bits of [`Protocol::flags`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub(in crate::machine) enum Flag {
+    /// [`Protocol::newest`] is a put of this robot that it has not yet received from
+    /// another one: every neighbor may have missed it.
+    Unheard = 1,
+    /// Entries were received that are not kept, so that the digest is of no use.
+    Dropped = 2,
+    /// A neighbor sends beacons without a digest: it may lack entries.
+    MeetsBeacon = 4,
+    /// A neighbor had the same entries, and none was lost since: the robot knows all keys
+    /// that are not later than the floor.
+    Complete = 8,
 }
 
 /// A timer, which counts steps down to zero.
@@ -160,7 +168,7 @@ impl Protocol {
         silent: 0,
         interval: 0,
         newest: 0,
-        is_unheard: false,
+        flags: 0,
         advertised: 0,
         relayed: 0,
         answers: 0,
@@ -170,13 +178,10 @@ impl Protocol {
         unadvertised: 0,
         differing: 0,
         help_pause: 0,
-        has_dropped: false,
-        meets_beacon: false,
         digest: 0,
         clock: 0,
         settled: 0,
         floor: 0,
-        is_complete: false,
         alone: 0,
         jitter: 0,
         counters: [0; 7],
@@ -194,14 +199,12 @@ impl Protocol {
         self.conflict = Conflict::None;
         self.is_resting = false;
         self.newest = 0;
-        self.is_unheard = false;
+        self.flags = 0;
         self.unadvertised = 0;
-        self.has_dropped = false;
         self.digest = 0;
         self.clock = 0;
         self.settled = 0;
         self.floor = 0;
-        self.is_complete = false;
         self.alone = 0;
     }
 
@@ -211,6 +214,21 @@ impl Protocol {
         self.in_message = false;
         self.conflict = Conflict::None;
         self.is_resting = true;
+    }
+
+    #[hot]
+    pub(in crate::machine) fn has(&self, flag: Flag) -> bool {
+        self.flags & flag as u8 != 0
+    }
+
+    #[hot]
+    pub(in crate::machine) fn set(&mut self, flag: Flag) {
+        self.flags |= flag as u8;
+    }
+
+    #[hot]
+    pub(in crate::machine) fn clear(&mut self, flag: Flag) {
+        self.flags &= !(flag as u8);
     }
 
     /// Returns the steps that are left of a timer.

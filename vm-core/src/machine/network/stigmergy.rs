@@ -48,7 +48,7 @@ use core::cmp::Ordering;
 
 use super::advertise::FORGOTTEN;
 use super::messages::LOST;
-use super::protocol::{Conflict, Count, Timer};
+use super::protocol::{Conflict, Count, Flag, Timer};
 use super::swarms::{NEWS, object, object_number};
 use crate::builtin::{self, Library, string};
 use crate::bytecode::ByteCode;
@@ -158,10 +158,12 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // A later put takes the place of an unconfirmed one, and so does the put of another robot
         // on the same key.
         if own != 0 || usize::from(self.protocol.newest) == at {
-            self.protocol.is_unheard = false;
+            self.protocol.clear(Flag::Unheard);
         }
         self.hurry(at);
-        self.protocol.is_unheard |= own != 0;
+        if own != 0 {
+            self.protocol.set(Flag::Unheard);
+        }
     }
 
     /// Forgets an entry.
@@ -216,7 +218,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     self.forget_deletion(at);
                 }
                 // There is room again for entries of others.
-                self.protocol.has_dropped = false;
+                self.protocol.clear(Flag::Dropped);
             }
         }
     }
@@ -239,7 +241,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let at = self.entry_slot(place);
             if self.arena.get(at + KEY).is_heap() || self.arena.get(at + VALUE).is_heap() {
                 self.free_entry(at);
-                self.protocol.is_complete = false;
+                self.protocol.clear(Flag::Complete);
             }
         }
     }
@@ -491,7 +493,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             self.protocol.shares = true;
             // The first comparison is due at once.
             self.protocol.set_timer(Timer::Digest, 0);
-            self.protocol.has_dropped = false;
+            self.protocol.clear(Flag::Dropped);
         }
         let at = self.stigmergy_slot(stigmergy);
         // The entries that were kept over a restart are shared with the swarm, so only a second
@@ -505,10 +507,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let at = self.entry_slot(place);
             if self.is_of(at, stigmergy) {
                 self.free_entry(at);
-                self.protocol.has_dropped = false;
+                self.protocol.clear(Flag::Dropped);
             }
         }
-        self.protocol.is_complete = false;
+        self.protocol.clear(Flag::Complete);
         Ok(stigmergy)
     }
 
@@ -561,7 +563,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             let floor = if is_new { self.protocol.floor } else { self.stamp(at).clock };
             if !is_earlier(floor, clock) && !value.is_nil() && self.may_send(key, Value::nil()) {
-                if !is_new || self.protocol.is_complete {
+                if !is_new || self.protocol.has(Flag::Complete) {
                     self.delete_again(host, remote, floor);
                     return Ok(());
                 }
@@ -662,9 +664,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             Ordering::Equal => {
                 self.mark_heard(at);
                 if usize::from(self.protocol.newest) == at {
-                    self.protocol.is_unheard = false;
+                    self.protocol.clear(Flag::Unheard);
                 }
-                if self.protocol.interval < host.periods().advertise && !self.protocol.is_unheard {
+                if self.protocol.interval < host.periods().advertise
+                    && !self.protocol.has(Flag::Unheard)
+                {
                     self.protocol.interval += 1;
                 }
             }
