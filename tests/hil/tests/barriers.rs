@@ -1,5 +1,6 @@
-//! Barriers on the images of all robots: a stigmergy with the number 101 takes no longer than one with the number 0. No frame is
-//! lost by chance, because one loss more or less takes longer than all else.
+//! Barriers on the images of all robots: a stigmergy with the number 101 takes no longer than one with the number 0, and values of
+//! four frames at most six times as long as those of one; a Kilobot has no room for a stigmergy with such values. No frame is lost by
+//! chance, because one loss more or less takes longer than all else.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,10 +19,12 @@ t = 0
 wall = stigmergy.create(NUMBER)
 function step() {
   t = t + 1
-  if(t == 20) wall.put(id, 1)
+  if(t == 20) wall.put(id, VALUE)
   if(wall.size() == 4) led(2)
 }
 ";
+/// A value of four frames in the profile `tiny`.
+const FOUR_FRAMES: &str = "{ .x = 1 }";
 /// The first tick in which a robot may have put.
 const PUT: u32 = 20;
 
@@ -29,9 +32,9 @@ const PUT: u32 = 20;
 const SEEDS: u32 = 11;
 
 /// Returns the ticks from the puts until the last robot has passed, the median of all seeds.
-fn ticks(robot: &str, group: &str, firmware: &Path, core: Core, number: u16) -> u32 {
-    let script = BARRIER.replace("NUMBER", &number.to_string());
-    let file = ScriptFile::new(&format!("barrier-{robot}-{number}"), &script);
+fn ticks(robot: &str, group: &str, firmware: &Path, core: Core, number: u16, value: &str) -> u32 {
+    let script = BARRIER.replace("NUMBER", &number.to_string()).replace("VALUE", value);
+    let file = ScriptFile::new(&format!("barrier-{robot}-{number}-{}", value.len()), &script);
     let text = format!(
         "[world]\nsize = [800, 500]\nduration = 60\n\
          [[robots]]\nrobot = \"{robot}\"\nscript = '{}'\nbackend = \"firmware\"\nfirmware = '{}'\n\
@@ -63,15 +66,19 @@ fn ticks(robot: &str, group: &str, firmware: &Path, core: Core, number: u16) -> 
     };
     let mut runs: Vec<u32> = (1..=SEEDS).map(run).collect();
     runs.sort_unstable();
-    println!("{model}, number {number}: {runs:?}");
+    println!("{model}, number {number}, {value}: {runs:?}");
     runs[runs.len() / 2]
 }
 
 fn compare(robot: &str, group: &str, firmware: &Path, core: Core) {
-    let [zero, other] = [0, 101].map(|number| ticks(robot, group, firmware, core, number));
+    let [zero, other] = [0, 101].map(|number| ticks(robot, group, firmware, core, number, "1"));
     println!("{robot}: {zero} ticks with number 0, {other} with 101");
     // A tick, because a frame may be just in time for a step or just too late.
     assert!(other <= zero + 1, "{robot}: {zero} ticks with number 0, {other} with 101");
+    if robot != "kilobot" {
+        let four = ticks(robot, group, firmware, core, 0, FOUR_FRAMES);
+        assert!(four <= 6 * zero, "{robot}: {zero} ticks with one frame, {four} with four");
+    }
 }
 
 #[test]
