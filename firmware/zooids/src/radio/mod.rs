@@ -55,7 +55,8 @@ const BUSY_CHECKS_MAX: u8 = 4;
 const FOLLOWING: Duration = Duration::from_millis(18);
 
 /// The most times in a row that a robot lets others finish their messages: twice the fragments of the
-/// longest one. Robots that begin messages and do not finish them therefore silence nobody.
+/// longest one. It gets one more with each frame that it sends, so that robots which begin messages
+/// and do not finish them silence nobody.
 const DEFERRALS_MAX: u8 = 16;
 
 /// The receiver of swarm messages.
@@ -107,7 +108,7 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
     let mut payload = [0; PAYLOAD_MAX];
     // The time of the next attempt to send.
     let mut turn: Option<Instant> = None;
-    let (mut busy_checks, mut deferrals) = (0, 0);
+    let (mut busy_checks, mut deferrals) = (0, 0_u8);
     pulse.beat();
     radio.start().await;
     loop {
@@ -139,9 +140,10 @@ pub async fn talk(mut radio: Nrf24, robot_id: u16, pulse: Pulse) -> ! {
                     busy_checks += 1;
                     continue;
                 }
-                (busy_checks, deferrals) = (0, 0);
+                busy_checks = 0;
                 match fill(&mut payload, robot_id) {
                     Some(length) => {
+                        deferrals = deferrals.saturating_sub(1);
                         if let Some(payload) = payload.get_mut(..length) {
                             radio.send(payload).await;
                             count(Count::Sent);
