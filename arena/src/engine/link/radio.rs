@@ -299,9 +299,9 @@ mod tests {
 
     #[test]
     fn a_robot_waits_for_a_message_that_has_begun_but_not_for_ever() {
-        for (medium, most) in
-            [(Medium::Infrared, 100_000), (Medium::Nrf24, 34_000), (Medium::P2p, 0)]
-        {
+        let media =
+            [(Medium::Infrared, 100_000, 1_600), (Medium::Nrf24, 34_000, 100), (Medium::P2p, 0, 0)];
+        for (medium, most, most_waits) in media {
             let pacing = pacing();
             let mut stream = Stream::new(1, StreamPurpose::Send, 0, 0);
             let mut radio = RobotRadio::new(medium, &pacing, &mut stream);
