@@ -33,6 +33,9 @@ export function connect({ onEvent, onSample, onEnd }) {
     // Scripts of the address.
     /** @type {Texts} */
     let own = {};
+    // What was asked for while the module was loaded.
+    /** @type {Parameters<Connection["ask"]>[0][] | null} */
+    let early = [];
     const show = async () => {
         const [wanted, ...scripts] = location.hash.slice(1).split("&");
         const path = decodeURIComponent(wanted);
@@ -45,6 +48,8 @@ export function connect({ onEvent, onSample, onEnd }) {
             return;
         }
         send({ open: select.value, files: own });
+        early?.forEach((request) => send({ request }));
+        early = null;
     };
     const begin = async () => {
         const [program, module, list] = await Promise.all(["worker.js", "playground.wasm", "examples.json"].map(file));
@@ -73,7 +78,11 @@ export function connect({ onEvent, onSample, onEnd }) {
     const changed = (/** @type {Texts} */ scripts) => ({ ...own, ...scripts });
     return {
         ask(request) {
-            send({ request });
+            if (early) {
+                early.push(request);
+            } else {
+                send({ request });
+            }
         },
         // Returns the address of this page with scripts, given as an object of files and texts.
         async link(scripts) {

@@ -82,6 +82,19 @@ def test_an_example_plays_and_returns_to_its_start(page):
     expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
 
 
+def test_a_click_while_the_module_is_loaded_is_carried_out(page):
+    held = []
+    page.route("**/playground.wasm", held.append)
+    page.reload()
+    page.locator("#rate").select_option("0.1")
+    page.locator("#play").click()
+    expect(page.locator("#play")).to_have_text("Play")
+    page.unroute("**/playground.wasm")
+    for route in held:
+        route.continue_()
+    expect(page.locator("#play")).to_have_text("Pause")
+
+
 def test_another_example_is_chosen_by_its_address(page):
     choose(page, "examples/patrol.toml")
     expect(page.locator("#clock")).to_have_text("0.0 s of 30.0 s")

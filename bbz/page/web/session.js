@@ -22,11 +22,19 @@ export function connect({ onEvent, onSample, onEnd }) {
             onSample(new Uint8Array(data));
         }
     };
+    /** @param {Parameters<Connection["ask"]>[0]} request */
+    const send = (request) => socket.send(JSON.stringify(request));
+    // What was asked for while the connection was made.
+    /** @type {Parameters<typeof send>[0][]} */
+    const early = [];
+    socket.onopen = () => early.forEach(send);
     socket.onclose = () => onEnd(texts.away);
     return {
         ask(request) {
-            if (socket.readyState === WebSocket.OPEN) {
-                socket.send(JSON.stringify(request));
+            if (socket.readyState === WebSocket.CONNECTING) {
+                early.push(request);
+            } else if (socket.readyState === WebSocket.OPEN) {
+                send(request);
             }
         },
     };
