@@ -69,6 +69,9 @@ const SLOTS: usize = toml::SLOTS + toml::SIZES.slots();
 const _: () = assert!(size_of::<Machine>() <= toml::MEMORY - toml::QUEUE_MEMORY);
 
 /// Makes the link fail if the program contains a panic.
+/// True if the script of this image needs long messages.
+const HAS_LONG: bool = toml::IN_LONG != 0;
+
 /// Returns the low byte of timer 1 as a random number, since the timers of two robots soon differ.
 fn random() -> u8 {
     registers().TC1.tcnt1().read().bits() as u8
@@ -116,7 +119,7 @@ fn main() -> ! {
 struct App {
     robot: KilobotHost,
     script: ScriptSchedule,
-    sender: Sender,
+    sender: Sender<HAS_LONG>,
     /// The number of sent messages, modulo 256.
     sent: u8,
     blinker: Blinker,
@@ -198,7 +201,7 @@ impl App {
             });
             // The inbox accepts only swarm frames.
             robot.inbox.push_except(&infrared::frame(kind, data), mm.unwrap_or(0), unwanted);
-            if is_followed(kind) && !robot.outbox.is_within_message() {
+            if HAS_LONG && is_followed(kind) && !robot.outbox.is_within_message() {
                 self.sender.defer(clock::now(&registers()), random());
             }
             return;

@@ -16,9 +16,10 @@ const DEFERRALS_MAX: u8 = 16;
 /// The time to the timer's next check, which is awaited while a message is being received.
 const CHECK_PERIOD: u16 = 255;
 
-/// The time of the next message.
+/// The time of the next message. A robot whose image has no long messages (`HAS_LONG`) saves the flash
+/// for them; its neighbors, which have the same script, send none.
 #[derive(Debug)]
-pub struct Sender {
+pub struct Sender<const HAS_LONG: bool> {
     next: u16,
     /// The number of fragments that were sent [`SPACING`] instead of [`PERIOD`] after another one.
     early: u8,
@@ -26,7 +27,7 @@ pub struct Sender {
     deferrals: u8,
 }
 
-impl Sender {
+impl<const HAS_LONG: bool> Sender<HAS_LONG> {
     /// Plans the first message `wait` units after `now`, so that robots do not start together.
     pub const fn start(now: u16, wait: u8) -> Self {
         Sender { next: now.wrapping_add(wait as u16), early: 0, deferrals: 0 }
@@ -39,7 +40,9 @@ impl Sender {
         if is_due {
             // The time stays within four seconds of `now`, which `is_past` needs.
             self.next = now;
-            self.deferrals = 0;
+            if HAS_LONG {
+                self.deferrals = 0;
+            }
         }
         is_due
     }
@@ -54,7 +57,7 @@ impl Sender {
     /// who wait do not begin together. Receivers have places for few messages at the same time.
     pub fn defer(&mut self, now: u16, random: u8) {
         let at = now.wrapping_add(SPACING + u16::from(random));
-        if self.deferrals != DEFERRALS_MAX && is_past(self.next, at) {
+        if HAS_LONG && self.deferrals != DEFERRALS_MAX && is_past(self.next, at) {
             self.deferrals += 1;
             self.next = at;
         }
@@ -64,10 +67,10 @@ impl Sender {
     /// next fragment of the same message waits.
     pub fn sent(&mut self, now: u16, is_within: bool) {
         let mut wait = PERIOD;
-        if is_within {
+        if HAS_LONG && is_within {
             wait = SPACING;
             self.early = (self.early + 1).min(EARLY_MAX);
-        } else {
+        } else if HAS_LONG {
             wait += u16::from(self.early) * (PERIOD - SPACING);
             self.early = 0;
         }

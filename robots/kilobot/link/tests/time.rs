@@ -79,7 +79,7 @@ fn a_standing_motor_gets_full_power_for_15_ms() {
 
 #[test]
 fn two_messages_a_second() {
-    let mut sender = Sender::start(0, 200);
+    let mut sender = Sender::<true>::start(0, 200);
     let mut sent = 0;
     for unit in 0..(60_000.0 / UNIT) as u32 {
         let now = unit as u16;
@@ -96,7 +96,7 @@ fn two_messages_a_second() {
 #[test]
 fn long_messages_keep_the_mean_rate() {
     for fragments in 1..=8 {
-        let mut sender = Sender::start(0, 0);
+        let mut sender = Sender::<true>::start(0, 0);
         let mut times = Vec::new();
         for unit in 0..(60_000.0 / UNIT) as u32 {
             if sender.is_due(unit as u16) {
@@ -116,7 +116,7 @@ fn long_messages_keep_the_mean_rate() {
 /// A robot that had no message for longer than the clock's period sends as soon as there is one.
 #[test]
 fn a_message_after_a_long_silence_is_sent_at_once() {
-    let mut sender = Sender::start(0, 0);
+    let mut sender = Sender::<true>::start(0, 0);
     for unit in 0..200_000_u32 {
         let is_due = sender.is_due(unit as u16);
         assert!(is_due, "{unit}");
@@ -133,7 +133,7 @@ fn a_message_after_a_long_silence_is_sent_at_once() {
 /// without end delay it for a second at most.
 #[test]
 fn a_robot_lets_others_finish_their_messages() {
-    let mut sender = Sender::start(0, 0);
+    let mut sender = Sender::<true>::start(0, 0);
     sender.defer(0, 200);
     assert!(!sender.is_due(455));
     assert!(sender.is_due(456));
@@ -143,7 +143,7 @@ fn a_robot_lets_others_finish_their_messages() {
     assert!(!sender.is_due(456 + 3905));
     assert!(sender.is_due(456 + 3906));
 
-    let mut sender = Sender::start(0, 0);
+    let mut sender = Sender::<true>::start(0, 0);
     let mut times = vec![0];
     for unit in 0..200_000_u32 {
         if unit % 256 == 0 {

@@ -132,10 +132,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// A long entry of another robot is left to the next advertisements. All neighbors of that robot
     /// have received it at the same time: their copies would fill the air for as many frames as the
     /// entry has fragments, and the robots' own entries would have to wait.
-    #[one_copy]
+    #[hot]
     fn send_news<H: Host<P>>(&mut self, host: &mut H, at: usize) -> bool {
         let is_own = self.arena.get(at + CLOCK).tag().byte() & OWN != 0;
-        !is_own && self.stamp(at).digest != 0 || self.send_entry_at(host, at)
+        let is_left = Self::has(Part::LongMessages) && !is_own && self.stamp(at).digest != 0;
+        is_left || self.send_entry_at(host, at)
     }
 
     /// Sends the memberships that the ending entry point has changed.
