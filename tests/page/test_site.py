@@ -84,12 +84,11 @@ def test_an_example_plays_and_returns_to_its_start(page):
 
 def test_a_click_while_the_module_is_loaded_is_carried_out(page):
     held = []
-    page.route("**/playground.wasm", held.append)
+    page.route("**/playground.wasm", lambda route: held.append(route))
     page.reload()
     page.locator("#rate").select_option("0.1")
     page.locator("#play").click()
     expect(page.locator("#play")).to_have_text("Play")
-    page.unroute("**/playground.wasm")
     for route in held:
         route.continue_()
     expect(page.locator("#play")).to_have_text("Pause")
