@@ -1,7 +1,7 @@
 //! Strings made at run time, which exist only in the full profile.
 //!
 //! A text is a chain of cells with four bytes in each slot; the first slot holds the length, and a hash
-//! by which the search for a key tells most other texts apart at once.
+//! that differs between most texts, so that the search for a key seldom compares their bytes.
 
 use super::NoCell;
 use crate::arena::{Arena, CELL};

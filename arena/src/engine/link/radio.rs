@@ -69,7 +69,7 @@ pub(crate) struct RobotRadio {
     period: i32,
     /// Infrared: the number of fragments that were sent [`SPACING`] after another one.
     early: u8,
-    /// How often the robot has let others finish their messages.
+    /// The number of times that the robot has let others finish their messages.
     deferrals: u8,
 }
 

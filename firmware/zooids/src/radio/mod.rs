@@ -56,7 +56,7 @@ const FOLLOWING: Duration = Duration::from_millis(18);
 
 /// The most times in a row that a robot lets others finish their messages: twice the fragments of the
 /// longest one. It gets one more with each frame that it sends, so that robots which begin messages
-/// and do not finish them silence nobody.
+/// and do not finish them delay each frame once, on the average.
 const DEFERRALS_MAX: u8 = 16;
 
 /// The receiver of swarm messages.

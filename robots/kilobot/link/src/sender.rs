@@ -11,7 +11,7 @@ const SPACING: u16 = 256;
 /// per second. The pause is then 2.8 s; neighbors would forget the robot after 3 s.
 const EARLY_MAX: u8 = 5;
 /// The most times in a row that a robot lets others finish their messages: twice the fragments of the
-/// longest one. Robots that begin messages and do not finish them therefore silence nobody.
+/// longest one. Robots that begin messages and do not finish them delay others for half a second.
 const DEFERRALS_MAX: u8 = 16;
 /// The time to the timer's next check, which is awaited while a message is being received.
 const CHECK_PERIOD: u16 = 255;
@@ -23,7 +23,7 @@ pub struct Sender<const HAS_LONG: bool> {
     next: u16,
     /// The number of fragments that were sent [`SPACING`] instead of [`PERIOD`] after another one.
     early: u8,
-    /// How often the robot has let others finish their messages since a message was due.
+    /// The number of times that the robot has let others finish their messages since a message was due.
     deferrals: u8,
 }
 
