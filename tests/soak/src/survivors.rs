@@ -163,12 +163,12 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "a value that is no table is copied, too, which gives an equal one",
     },
     Survivor {
-        mutant: "vm-core/src/machine/network/stigmergy.rs: replace + with * in Vm<P, C, SLOTS>::new_entry",
+        mutant: "vm-core/src/machine/network/entries.rs: replace + with * in Vm<P, C, SLOTS>::new_entry",
         count: 1,
         reason: "a place without an entry is empty: its clock is nil already, and a slot beyond the memory is none",
     },
     Survivor {
-        mutant: "vm-core/src/machine/network/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::adopt",
+        mutant: "vm-core/src/machine/network/merging.rs: replace + with - in Vm<P, C, SLOTS>::adopt",
         count: 1,
         reason: "the key is in the first slot: 0 is subtracted",
     },
@@ -178,17 +178,17 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the key is in the first slot: 0 is subtracted",
     },
     Survivor {
-        mutant: "vm-core/src/machine/network/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::find_entry",
+        mutant: "vm-core/src/machine/network/entries.rs: replace + with - in Vm<P, C, SLOTS>::find_entry",
         count: 1,
         reason: "the key is in the first slot: 0 is subtracted",
     },
     Survivor {
-        mutant: "vm-core/src/machine/network/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::forget_entries_on_heap",
+        mutant: "vm-core/src/machine/network/entries.rs: replace + with - in Vm<P, C, SLOTS>::forget_entries_on_heap",
         count: 1,
         reason: "the key is in the first slot: 0 is subtracted",
     },
     Survivor {
-        mutant: "vm-core/src/machine/network/stigmergy.rs: replace + with - in Vm<P, C, SLOTS>::new_entry",
+        mutant: "vm-core/src/machine/network/entries.rs: replace + with - in Vm<P, C, SLOTS>::new_entry",
         count: 1,
         reason: "the key is in the first slot: 0 is subtracted",
     },
@@ -198,12 +198,12 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "the key is in the first slot: 0 is subtracted",
     },
     Survivor {
-        mutant: "vm-core/src/machine/network/stigmergy.rs: replace < with <= in Vm<P, C, SLOTS>::take_greater",
+        mutant: "vm-core/src/machine/network/merging.rs: replace < with <= in Vm<P, C, SLOTS>::take_greater",
         count: 1,
         reason: "the interval is one step longer until the next advertisement, which limits it",
     },
     Survivor {
-        mutant: "vm-core/src/machine/network/stigmergy.rs: replace | with ^ in Vm<P, C, SLOTS>::set_stamp",
+        mutant: "vm-core/src/machine/network/entries.rs: replace | with ^ in Vm<P, C, SLOTS>::set_stamp",
         count: 2,
         reason: "the bits have none in common",
     },

@@ -14,8 +14,8 @@
 //! low rate, and set no timer. However many there are, they cost each robot at most one frame in
 //! [`RELAY_PAUSE`] steps.
 
+use super::entries::{CLOCK, OWN};
 use super::protocol::{ALONE, COMPARED, Count, DIGEST_BITS, DIGEST_KNOWN, Flag, Timer};
-use super::stigmergy::{CLOCK, OWN};
 use super::swarms::NEWS;
 use crate::builtin::Feature;
 use crate::bytecode::ByteCode;

@@ -7,7 +7,7 @@
 //!
 //! Machines with few entries search all places, which takes less time and memory.
 
-use super::stigmergy::KEY;
+use super::entries::KEY;
 use super::swarms::NEWS;
 use crate::bytecode::ByteCode;
 use crate::machine::Vm;

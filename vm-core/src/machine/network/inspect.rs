@@ -1,8 +1,9 @@
 //! The robot's knowledge of other robots, as hosts read it: neighbors, swarms, stigmergies,
 //! handlers.
 
+use super::conflicts::{ON_CONFLICT, ON_CONFLICT_LOST};
+use super::entries::{CLOCK, OWN};
 use super::neighbors::{AZIMUTH, DISTANCE, ELEVATION, LAST_STEP};
-use super::stigmergy::{CLOCK, ON_CONFLICT, ON_CONFLICT_LOST, OWN};
 use super::swarms::{MEMBER, NEWS, object_number};
 use crate::bytecode::ByteCode;
 use crate::machine::{OVERLAYS, Vm};

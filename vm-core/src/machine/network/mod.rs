@@ -24,8 +24,11 @@
 //! image is loaded.
 
 mod advertise;
+mod conflicts;
+mod entries;
 mod index;
 mod inspect;
+mod merging;
 mod messages;
 mod neighbors;
 mod protocol;
