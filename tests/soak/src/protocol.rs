@@ -25,7 +25,10 @@ struct Group {
     items: usize,
     files: &'static [&'static str],
     packages: &'static [&'static str],
-    targets: &'static [&'static str],
+    /// Test programs of these packages.
+    programs: &'static [&'static str],
+    /// The modules of them whose tests are quick.
+    modules: &'static [&'static str],
 }
 
 /// All of them.
@@ -35,6 +38,10 @@ const GROUPS: [Group; 2] = [
         items: 32,
         files: &[
             "vm-core/src/machine/network/advertise.rs",
+            "vm-core/src/machine/network/conflicts.rs",
+            "vm-core/src/machine/network/entries.rs",
+            "vm-core/src/machine/network/index.rs",
+            "vm-core/src/machine/network/merging.rs",
             "vm-core/src/machine/network/messages.rs",
             "vm-core/src/machine/network/mod.rs",
             "vm-core/src/machine/network/neighbors.rs",
@@ -44,20 +51,25 @@ const GROUPS: [Group; 2] = [
             "vm-core/src/machine/network/swarms.rs",
         ],
         packages: &["bittybuzz-tests"],
-        targets: &["protocol"],
+        programs: &["tests"],
+        modules: &["protocol::"],
     },
     Group {
         name: "messages",
         items: 18,
         files: &["vm-core/src/message/*.rs", "vm-core/src/network.rs", "vm-core/src/stamp.rs"],
         packages: &["bittybuzz-vm-core", "bittybuzz-comms", "bittybuzz-tests"],
-        targets: &[
-            "fragmentation",
-            "message_content",
-            "message_properties",
-            "protocol",
-            "queue",
-            "wire_format",
+        programs: &["vm-core", "comms", "tests"],
+        modules: &[
+            "fragmentation::",
+            "long::",
+            "message::",
+            "message_content::",
+            "message_properties::",
+            "protocol::",
+            "queue::",
+            "stamp::",
+            "wire_format::",
         ],
     },
 ];
@@ -89,18 +101,20 @@ pub const MADE_OF: &[&str] = &[
 struct Tests {
     /// Optimization level of the tests and of the machine in them.
     optimization: u8,
-    /// Arguments of the tests' programs.
-    arguments: &'static [&'static str],
+    /// True for the tests of [`ENDURANCE`], false for all others of a group.
+    are_long: bool,
     /// Seconds after which a mistake counts as found, since the tests do not end.
     patience: &'static str,
 }
 
+/// The module whose tests take long.
+const ENDURANCE: &str = "endurance::";
+
 /// They take a second.
-const QUICK: Tests =
-    Tests { optimization: 0, arguments: &["--skip", "endurance::"], patience: "60" };
+const QUICK: Tests = Tests { optimization: 0, are_long: false, patience: "60" };
 
 /// They take ten.
-const LONG: Tests = Tests { optimization: 2, arguments: &["endurance::"], patience: "120" };
+const LONG: Tests = Tests { optimization: 2, are_long: true, patience: "120" };
 
 /// The sources as they are: the tests must pass with them, or they would find anything.
 const UNCHANGED: &str = "unchanged";
@@ -233,13 +247,22 @@ impl Group {
     /// The tests alone.
     fn tests(&self, tests: &Tests) -> Invocation {
         let packages = self.packages.iter().map(|name| format!("--package={name}"));
-        let targets = self.targets.iter().map(|name| format!("--test={name}"));
-        let arguments: Vec<String> = packages.chain(targets).chain(tests.configuration()).collect();
+        let programs = self.programs.iter().map(|name| format!("--test={name}"));
+        let arguments: Vec<String> =
+            packages.chain(programs).chain(tests.configuration()).collect();
         let mut all = vec!["test", "--lib"];
         all.extend(arguments.iter().map(String::as_str));
         all.push("--");
-        all.extend(tests.arguments);
+        all.extend(self.choice(tests));
         Invocation::cargo(&all)
+    }
+
+    /// Arguments of the test programs.
+    fn choice(&self, tests: &Tests) -> Vec<&'static str> {
+        if tests.are_long {
+            return vec![ENDURANCE];
+        }
+        [self.modules, &["--skip", ENDURANCE]].concat()
     }
 
     /// Tries the mistakes of a shard that were not found before: the quick tests on all of them, then the long ones on
@@ -298,8 +321,8 @@ impl Group {
         let output = output.display().to_string();
         let packages = self.packages.join(",");
         // Cargo's arguments after `--` would hold for the tests, but not for the build before them.
-        let targets = self.targets.iter().map(|name| format!("--test={name}"));
-        let arguments = targets.chain(tests.configuration());
+        let programs = self.programs.iter().map(|name| format!("--test={name}"));
+        let arguments = programs.chain(tests.configuration());
         let arguments: Vec<String> =
             arguments.map(|argument| format!("--cargo-arg={argument}")).collect();
         let mut all = vec!["--in-place", "--baseline", "skip", "--timeout", tests.patience];
@@ -307,7 +330,7 @@ impl Group {
         all.extend(arguments.iter().map(String::as_str));
         all.extend(patterns.iter().flat_map(|pattern| ["--re", pattern.as_str()]));
         all.extend(["--", "--"]);
-        all.extend(tests.arguments);
+        all.extend(self.choice(tests));
         self.mistakes(&all)
     }
 }
