@@ -57,7 +57,7 @@ impl Run<'_> {
         );
         let folder = folder("deletions", &[("s.bzz", &script)]);
         let (begin, end) = match away {
-            Away::Partition => (format!("partition = {robots}"), "heal = true".to_string()),
+            Away::Partition => (format!("partition = [{robots}]"), "heal = true".to_string()),
             Away::Stop => (format!("stop = {robots}"), format!("resume = {robots}")),
         };
         let back = 10 + seconds;
@@ -160,6 +160,28 @@ fn what_a_robot_puts_alone_arrives() {
     for key in ["\"new\"", "1000"] {
         let step = format!("{CROWD} if(id == 8 and t == 1000) s.put({key}, 10)");
         runs("[8]", &[Away::Partition], &[240], &[0.0, 0.3], 10, 13, &step);
+    }
+}
+
+/// Both parts delete a key of both, and both fill their stores, so that the places of these deletions are taken. Clocks of
+/// the parts are equal, or those of one later.
+#[test]
+fn deletions_of_two_parts_last() {
+    let step = "if(id == 0 and t == 20) s.put(\"first\", 100)
+        if(id == 8 and t == 20) s.put(\"last\", 1000)
+        if(id == 0 and t == 200) s.put(\"first\", nil)
+        if(id == 8 and t == 200) s.put(\"last\", nil)
+        n = 0
+        if(t > 900 and t % 5 == 0) n = (t - 900) / 5
+        if((id == 0 or id == 8) and n > 0 and n < room) s.put(1000 * id + n, 2)
+        n = 0
+        if(t > 1500 and t % 5 == 0) n = (t - 1500) / 5
+        if((id == 0 or id == 8) and n > 0 and n < room - 1) s.put(1000 * id + n, nil)";
+    let later = format!("{step} if(id == 8 and t > 800 and t <= 820) s.put(8001, 2)");
+    for robots in ["[8]", "[6, 7, 8]", "[5, 6, 7, 8]", "6, 7, 8"] {
+        for step in [step, &later] {
+            runs(robots, &[Away::Partition], &[300], &[0.0, 0.3], 5, 4, step);
+        }
     }
 }
 

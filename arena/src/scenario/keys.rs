@@ -225,7 +225,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "medium" "word" "the only one" "loss: ir, nrf24, p2p or rab",
             "block" "[robots, robots]" "" "no frame passes between the two lists of robots, in either direction",
             "restore" "[robots, robots]" "" "the blocked links between the two lists work again",
-            "partition" "list of robots" "" "frames pass only within each part",
+            "partition" "list of parts" "" "frames pass only within each part; [[0, 1], \"3..5\"] has two",
             "heal" "true" "" "the partition ends",
             "adversary" "table" "" "an adversary begins, with the keys of [[adversary]] except `from`",
         ],

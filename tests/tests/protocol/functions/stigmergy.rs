@@ -1,6 +1,8 @@
 //! `stigmergy`: puts, questions, conflicts and full stores.
 
 use super::{Full, Swarm, Tiny, last};
+use bittybuzz_vm_core::Value;
+use bittybuzz_vm_core::message::{Message, StigmergyEntry};
 
 #[test]
 fn a_put_reaches_all_robots() {
@@ -349,4 +351,37 @@ fn a_partition_heals() {
     healed.set(true);
     swarm.steps(30);
     assert_eq!(swarm.last(), ["100"; 4]);
+}
+
+/// Two groups that both lack entries would wait for each other for ever.
+#[test]
+fn a_robot_that_may_lack_a_key_takes_it_though_the_floors_stay_different() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        1,
+        "t = 0
+         function init() { v = stigmergy.create(1) v.put(0, 1) v.put(0, nil) }
+         function step() {
+           t = t + 1
+           if(t == 700) { v.put(1, 1) v.put(2, 1) v.put(3, 1) }
+           if(t == 701) v.put(4, 1)
+           if(t == 702) { v.put(3, nil) v.put(4, nil) }
+           log(v.get(7))
+         }",
+    );
+    swarm.steps(1400);
+    let robot = &swarm.robots[0];
+    let digest = Message::Digest { robot: 2, digest: 77, floor: 100 };
+    let (key, value) = (Value::int(7), Value::int(5));
+    // Not later than the deletion of key 0, whose place key 4 has taken.
+    let entry = Message::Entry(StigmergyEntry { stigmergy: 1, owner: 2, clock: 2, key, value });
+    let frames = [robot.frame(&digest), robot.frame(&entry)];
+    let known = |swarm: &mut Swarm<Tiny>, rounds| {
+        for _ in 0..rounds {
+            frames.iter().for_each(|frame| swarm.inject(frame, [0]));
+            swarm.steps(10);
+        }
+        swarm.last()
+    };
+    assert_eq!(known(&mut swarm, 5), ["nil"]);
+    assert_eq!(known(&mut swarm, 50), ["5"]);
 }

@@ -68,6 +68,12 @@ const RETRY_STEPS: u16 = 1024;
 pub(super) const FORGOTTEN: u16 = 40;
 /// Steps for which a robot remembers that a neighbor has another clock floor.
 const DISTRUST_STEPS: u8 = 50;
+/// The pause before the next round for a neighbor, see [`HELP_MAX`], from which on a robot no longer
+/// heeds that their clock floors differ. Two that wait for each other would wait for ever.
+const DISTRUST_PAUSE: u8 = 64;
+/// Steps in which two groups that meet exchange their entries. A robot that lacks an entry when the
+/// floor rises has lacked it for longer: it was put before a deletion that is [`FORGOTTEN`].
+const MEETING_STEPS: u8 = 250;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Sends the entries and swarms that the ending entry point has changed, at most [`NEWS_MAX`]
@@ -393,11 +399,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             protocol.settled = protocol.clock as u16;
             protocol.set(Flag::Complete);
+            protocol.clear(Flag::Differs);
             return;
         }
-        if protocol.floor == floor {
-            protocol.clear(Flag::Complete);
-        } else {
+        if !protocol.has(Flag::Differs) {
+            protocol.set(Flag::Differs);
+            protocol.set_timer(Timer::Meeting, MEETING_STEPS);
+        }
+        if protocol.floor != floor && protocol.help_pause < DISTRUST_PAUSE {
             protocol.set_timer(Timer::Distrust, DISTRUST_STEPS);
         }
         if protocol.alone >= ALONE {

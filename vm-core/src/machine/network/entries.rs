@@ -2,7 +2,7 @@
 //! forgotten.
 
 use super::advertise::FORGOTTEN;
-use super::protocol::Flag;
+use super::protocol::{Flag, Timer};
 use super::swarms::NEWS;
 use crate::bytecode::ByteCode;
 use crate::machine::Vm;
@@ -146,6 +146,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let clock = self.stamp(at).clock;
             if is_earlier(self.protocol.floor, clock) {
                 self.protocol.floor = clock;
+                let differs = self.protocol.has(Flag::Differs);
+                if differs && self.protocol.timer(Timer::Meeting) == 0 {
+                    self.protocol.clear(Flag::Complete);
+                }
             }
             self.free_entry(at);
         }

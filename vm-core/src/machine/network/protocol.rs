@@ -75,7 +75,7 @@ pub(in crate::machine) struct Protocol {
     /// Steps between two advertisements of entries.
     pub(in crate::machine) interval: u8,
     /// The steps that are left of each [`Timer`].
-    pub(in crate::machine) timers: [u8; 5],
+    pub(in crate::machine) timers: [u8; 6],
     /// The first slot of the entry that changed last; 0 if none has changed.
     pub(in crate::machine) newest: u16,
     /// The set of [`Flag`]s, in one byte, since memory is scarce on a Kilobot.
@@ -129,9 +129,11 @@ pub(in crate::machine) enum Flag {
     Dropped = 2,
     /// A neighbor sends beacons without a digest: it may lack entries.
     MeetsBeacon = 4,
-    /// A neighbor had the same entries, and none was lost since: the robot knows all keys
-    /// that are not later than the floor.
+    /// A neighbor had the same entries before the floor rose, and none was lost since: the robot
+    /// knows all keys that are not later than the floor.
     Complete = 8,
+    /// A neighbor has had other entries since one had the same.
+    Differs = 16,
 }
 
 /// A timer, which counts steps down to zero.
@@ -148,13 +150,16 @@ pub(in crate::machine) enum Timer {
     Help,
     /// Steps in which a neighbor may still have entries that were deleted here.
     Distrust,
+    /// Steps after a first difference in which the robot counts as one that has the same entries as
+    /// a neighbor.
+    Meeting,
 }
 
 impl Protocol {
     /// All zeros.
     pub(in crate::machine) const EMPTY: Self = Protocol {
         sizes: Sizes::NONE,
-        timers: [0; 5],
+        timers: [0; 6],
         stigmergies: 0,
         step: 0,
         last_sender: 0,
