@@ -15,10 +15,10 @@ use stateright::{Model, Property};
 
 /// Robots, in a row.
 const ROBOTS: usize = 3;
-/// Entries that a robot has room for.
-const ROOM: usize = 2;
 /// Steps after an event, enough for a frame from one end of the row to the other.
 const STEPS: usize = 4;
+/// Steps after which every deletion is forgotten: more than 40 times 16.
+const ABSENCE: usize = 700;
 /// Steps of quiet after which replicas are compared, and in which frames are counted then.
 const SETTLE: usize = 150;
 const WINDOW: usize = 200;
@@ -44,6 +44,8 @@ pub enum Event {
     Delete(usize, i32),
     /// This robot is switched off and on.
     Restart(usize),
+    /// Nothing happens, for longer than a deletion keeps its place.
+    Absence,
     /// A frame of no robot with a value under key 0 and this clock reaches all that are not cut off.
     Forge(u32),
 }
@@ -57,6 +59,8 @@ pub struct Histories {
     pub events: Vec<Event>,
     /// Robots that may be cut off while an event happens.
     pub cuts: Vec<usize>,
+    /// Entries that a robot has room for.
+    pub room: usize,
 }
 
 /// A history, and what came of it.
@@ -91,7 +95,7 @@ impl Histories {
         }
         let program = PROGRAM.with(|program| *program);
         let commands: [Rc<Cell<i32>>; ROBOTS] = Default::default();
-        let sizes = Sizes { neighbors: 3, bearings: false, entries: ROOM as u16, swarms: 0 };
+        let sizes = Sizes { neighbors: 3, bearings: false, entries: self.room as u16, swarms: 0 };
         let symbols = Rc::new(program.symbols.clone());
         let robots = commands.iter().zip(1..).map(|(command, id)| {
             let mut robot = TestRobot::new(&program.image[..], id, sizes);
@@ -112,6 +116,7 @@ impl Histories {
         for (number, (event, robot)) in events.iter().enumerate() {
             cut.set(*robot);
             let value = number as i32 + 1;
+            let steps = if *event == Event::Absence { ABSENCE } else { STEPS };
             match *event {
                 Event::Put(robot, key, class) => {
                     let kind = if class == Class::Table { 2000 } else { 1000 };
@@ -119,6 +124,7 @@ impl Histories {
                 }
                 Event::Delete(robot, key) => commands[robot].set(3000 + 100 * key),
                 Event::Restart(robot) => swarm.robots[robot].restart(),
+                Event::Absence => {}
                 Event::Forge(clock) => {
                     let (key, value) = (Value::int(0), Value::int(value));
                     let entry = StigmergyEntry { stigmergy: 1, owner: FORGER, clock, key, value };
@@ -126,7 +132,7 @@ impl Histories {
                     swarm.inject(&frame, (0..ROBOTS).filter(|to| *robot != Some(*to)));
                 }
             }
-            (0..STEPS).for_each(|_| _ = step(&mut swarm));
+            (0..steps).for_each(|_| _ = step(&mut swarm));
         }
         cut.set(None);
         (0..SETTLE).for_each(|_| _ = swarm.try_step());
@@ -160,7 +166,7 @@ fn step(swarm: &mut Swarm<Tiny>) -> usize {
 
 impl History {
     /// Returns true if there is room for all keys that were put.
-    fn has_room(&self) -> bool {
+    fn has_room(&self, room: usize) -> bool {
         let key_of = |(event, _): &(Event, _)| match event {
             Event::Put(_, key, _) => Some(*key),
             Event::Forge(_) => Some(0),
@@ -169,12 +175,12 @@ impl History {
         let mut keys: Vec<i32> = self.events.iter().filter_map(key_of).collect();
         keys.sort_unstable();
         keys.dedup();
-        keys.len() <= ROOM
+        keys.len() <= room
     }
 
     /// Returns true if robots that know a key know the same value; and if there is room for all keys, all know them.
-    fn is_equal(&self) -> bool {
-        if self.has_room() {
+    fn is_equal(&self, room: usize) -> bool {
+        if self.has_room(room) {
             return self.replicas.iter().all(|known| *known == self.replicas[0]);
         }
         (0..3).all(|key| {
@@ -187,7 +193,7 @@ impl History {
     /// Returns true unless the last put of key 0 is lost: of a robot that alone puts there, whatever it has forgotten before;
     /// or of any robot, where all links were open and no robot has forgotten anything. Otherwise puts may have been at the same
     /// time, and where there is no room a put is a fault.
-    fn is_kept(&self) -> bool {
+    fn is_kept(&self, room: usize) -> bool {
         let is_put = |(event, _): &&(Event, Option<usize>)| {
             matches!(event, Event::Put(_, 0, _) | Event::Delete(_, 0) | Event::Forge(_))
         };
@@ -195,7 +201,7 @@ impl History {
             Event::Put(robot, ..) | Event::Delete(robot, _) => *robot,
             _ => ROBOTS,
         };
-        if !self.has_room() {
+        if !self.has_room(room) {
             return true;
         }
         let puts: Vec<_> = self.events.iter().filter(is_put).collect();
@@ -209,6 +215,19 @@ impl History {
         let is_alone = !is_forgotten && puts.iter().all(|put| writer(put) == *robot);
         let is_open = self.events.iter().all(|event| event.1.is_none() && !restarts(event));
         !(is_alone || is_open) || self.replicas.iter().all(|known| known[0] == value)
+    }
+
+    /// Returns true unless a deletion of key 0 is lost that came after all puts of that key, where all robots heard these
+    /// puts and none has lost its memory since.
+    fn is_deleted(&self) -> bool {
+        let is_write = |event: &Event| matches!(event, Event::Put(_, 0, _) | Event::Delete(_, 0));
+        let mut writes = self.events.iter().filter(|(event, _)| is_write(event));
+        let Some((Event::Delete(..), _)) = writes.next_back() else { return true };
+        let is_unsure = |(event, cut): &(Event, Option<usize>)| match event {
+            Event::Put(_, 0, _) => cut.is_some(),
+            event => matches!(event, Event::Restart(_) | Event::Forge(_)),
+        };
+        self.events.iter().any(is_unsure) || self.replicas.iter().all(|known| known[0].is_none())
     }
 }
 
@@ -232,14 +251,15 @@ impl Model for Histories {
     }
 
     fn properties(&self) -> Vec<Property<Self>> {
+        let always =
+            |name, is_right: fn(&Histories, &History) -> bool| Property::always(name, is_right);
         vec![
-            Property::always("replicas are equal where there is room", |_, history: &History| {
-                history.is_equal()
+            always("replicas are equal where there is room", |model, history| {
+                history.is_equal(model.room)
             }),
-            Property::always("the last put is kept", |_, history: &History| history.is_kept()),
-            Property::always("quiet robots send few frames", |_, history: &History| {
-                history.frames <= FRAMES
-            }),
+            always("the last put is kept", |model, history| history.is_kept(model.room)),
+            always("a deletion lasts", |_, history| history.is_deleted()),
+            always("quiet robots send few frames", |_, history| history.frames <= FRAMES),
         ]
     }
 }

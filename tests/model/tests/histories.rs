@@ -16,13 +16,25 @@ fn small_stores(length: usize) -> Histories {
     let ends = [0, 2].into_iter();
     let put = |robot| (0..3).map(move |key| Event::Put(robot, key, Class::Number));
     let events = ends.flat_map(put).chain([Event::Delete(0, 1)]);
-    Histories { length, events: events.collect(), cuts: vec![1] }
+    Histories { length, events: events.collect(), cuts: vec![1], room: 2 }
 }
 
 /// Robots that put and are switched off and on, with and without the others.
 fn restarts(length: usize, class: Class) -> Histories {
     let events = |robot| [Event::Put(robot, 0, class), Event::Restart(robot)];
-    Histories { length, events: [0, 1].into_iter().flat_map(events).collect(), cuts: vec![0] }
+    Histories {
+        length,
+        events: [0, 1].into_iter().flat_map(events).collect(),
+        cuts: vec![0],
+        room: 2,
+    }
+}
+
+/// Robots that are away for longer than deletions keep their places, with room for one key or for both.
+fn absences(length: usize, room: usize) -> Histories {
+    let put = |robot, key| Event::Put(robot, key, Class::Number);
+    let events = vec![put(0, 0), put(2, 1), put(0, 1), Event::Delete(0, 0), Event::Absence];
+    Histories { length, events, cuts: vec![2], room }
 }
 
 /// Entries that are forged with any clock, among puts.
@@ -30,7 +42,7 @@ fn forged(length: usize) -> Histories {
     let clocks = [1, 1000, CLOCK_MAX / 2, CLOCK_MAX / 2 + 1, CLOCK_MAX / 3 * 2, CLOCK_MAX];
     let forged = clocks.map(Event::Forge);
     let puts = [0, 2].map(|robot| Event::Put(robot, 0, Class::Number));
-    Histories { length, events: [&forged[..], &puts].concat(), cuts: vec![0] }
+    Histories { length, events: [&forged[..], &puts].concat(), cuts: vec![0], room: 2 }
 }
 
 #[test]
@@ -49,6 +61,12 @@ fn tables_survive_restarts() {
 }
 
 #[test]
+fn absences_longer_than_deletions_are_remembered() {
+    check(absences(4, 1));
+    check(absences(3, 2));
+}
+
+#[test]
 fn forged_clocks() {
     check(forged(3));
 }
@@ -60,4 +78,6 @@ fn longer_histories() {
     check(restarts(5, Class::Number));
     check(restarts(5, Class::Table));
     check(forged(4));
+    check(absences(5, 1));
+    check(absences(5, 2));
 }
