@@ -182,8 +182,8 @@ mod tests {
     fn relative_links_start_at_their_folder() {
         use std::os::unix::fs::symlink;
 
-        let folder = std::env::temp_dir().join(format!("bbz-links-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
         symlink("/dev/stdin", folder.join("stream")).unwrap();
         symlink("stream", folder.join("link")).unwrap();
         symlink("/dev/null", folder.join("other")).unwrap();
@@ -192,7 +192,6 @@ mod tests {
         // A circle of links leads nowhere.
         symlink("circle", folder.join("circle")).unwrap();
         assert!(!is_given_stream(&folder.join("circle")));
-        fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

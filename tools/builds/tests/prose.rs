@@ -22,7 +22,7 @@ const LIMITS: [(&[&str], f64); 5] = [
 /// highest share of documentation that may begin with them.
 const RIDDLES: [&str; 12] =
     ["What", "Whether", "How", "Where", "Why", "Who", "When", "That", "Of", "In", "As", "Until"];
-const MOST_RIDDLES: f64 = 0.005;
+const RIDDLES_MAX: f64 = 0.005;
 
 /// The comments of a tree of files: all words in lower case, and the first words of documentation.
 #[derive(Default)]
@@ -90,7 +90,7 @@ fn comments_are_plain() {
         assert!(rate <= most, "{group:?}: {rate:.2} per 1,000 words of comments, at most {most}");
     }
     let riddles = comments.riddles();
-    assert!(riddles <= MOST_RIDDLES, "{:.1} % of documentation begin as riddles", 100.0 * riddles);
+    assert!(riddles <= RIDDLES_MAX, "{:.1} % of documentation begin as riddles", 100.0 * riddles);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::fixed::Fixed;
 use crate::listing::{AsmInstruction, Listing, ListingLine, is_mark};
 
 /// The most instructions of a sequence.
-const LONGEST: usize = 16;
+const LENGTH_MAX: usize = 16;
 /// Bytes of a short call.
 const CALL: usize = 2;
 /// The bytes that a routine must save at least.
@@ -122,7 +122,7 @@ fn is_movable(code: &AsmInstruction, on_stack: &HashSet<String>) -> bool {
 fn best(listing: &Listing, runs: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
     let mut most = WORTH;
     let mut best = None;
-    for length in 2..=LONGEST {
+    for length in 2..=LENGTH_MAX {
         let mut places: HashMap<Vec<&AsmInstruction>, Vec<&[usize]>> = HashMap::new();
         for run in runs {
             for window in run.windows(length) {

@@ -145,7 +145,7 @@ fn end(
     falls: bool,
     leaves: bool,
 ) -> Option<FunctionTail> {
-    const LONGEST: usize = 40;
+    const LENGTH_MAX: usize = 40;
     let mut lines = vec![last];
     let mut whole = None;
     for line in (start..last).rev() {
@@ -158,7 +158,7 @@ fn end(
                 if code.ends_flow() || is_placed || fixed.is_fixed(line) {
                     break;
                 }
-                if lines.len() == LONGEST {
+                if lines.len() == LENGTH_MAX {
                     // The instruction before the first one must be known, because it may skip the
                     // first.
                     lines.pop();

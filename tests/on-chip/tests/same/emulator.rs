@@ -43,9 +43,9 @@ impl Emulator {
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let child = command.spawn();
         let child = child.unwrap_or_else(|error| panic!("{}: {error}", self.program));
-        let told = listen(Running(child), lines);
+        let printed = listen(Running(child), lines);
         let _ = fs::remove_file(file);
-        told
+        printed
     }
 }
 
@@ -76,12 +76,12 @@ fn listen(mut child: Running, lines: usize) -> Vec<String> {
     });
     // Silence is then the end of both.
     drop(sender);
-    let told = (0..lines).map_while(|_| receiver.recv_timeout(PATIENCE).ok()).collect();
+    let printed = (0..lines).map_while(|_| receiver.recv_timeout(PATIENCE).ok()).collect();
     drop(child);
     for reader in readers {
         let _ = reader.join();
     }
-    told
+    printed
 }
 
 /// The report in a line. simavr puts colors around it and a point in place of the newline.

@@ -102,16 +102,16 @@ fn compare(
     programs: &[Program],
     file: &Path,
 ) -> Vec<Result<Report, String>> {
-    let told = run(target, chip, programs.iter().map(|program| (program.header, program)), file);
+    let printed = run(target, chip, programs.iter().map(|program| (program.header, program)), file);
     let mut is_first = true;
     let compared = programs.iter().enumerate().map(|(number, program)| {
         let expected = target.expected(program.header, &program.image);
-        let told = told.get(number).map(String::as_str);
-        if told == Some(line(&expected).as_str()) {
+        let printed = printed.get(number).map(String::as_str);
+        if printed == Some(line(&expected).as_str()) {
             return Ok(expected);
         }
         let name = &program.name;
-        let mut failure = format!("{name}: {told:?} instead of {expected:?}");
+        let mut failure = format!("{name}: {printed:?} instead of {expected:?}");
         // Those after it in the machine may only suffer from it.
         if std::mem::take(&mut is_first) {
             let budget = program.header.budget;
@@ -153,8 +153,8 @@ fn first_difference(
 ) -> Option<u32> {
     let differs = |slices| {
         let header = Header { slices, ..program.header };
-        let told = run(target, chip, [(header, program)].into_iter(), file);
-        told != [line(&target.expected(header, &program.image))]
+        let printed = run(target, chip, [(header, program)].into_iter(), file);
+        printed != [line(&target.expected(header, &program.image))]
     };
     let (mut same, mut different) = (0, all + 1);
     if !differs(different) {
