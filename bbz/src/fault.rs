@@ -273,8 +273,8 @@ impl FaultText<'_> {
                 "keep fewer tables, closures and strings; storing nil removes an entry".to_owned()
             }
             FaultCode::StoreFull => {
-                "a deleted key keeps its place; `stigmergy_entries` of the robot file \
-                                     says how many there are"
+                "a deleted key keeps its place for 64 s; `stigmergy_entries` of the robot file \
+                 says how many keys there is room for"
                     .to_owned()
             }
             FaultCode::NotSendable => {
