@@ -158,6 +158,27 @@ fn garbage_does_not_prevent_calls() {
     }
 }
 
+/// More than half of the memory is in use for a while, among it a table that stays. Cells never move, so it must not lie
+/// where calls need room later.
+#[test]
+fn a_table_that_stays_does_not_prevent_calls() {
+    let script = "
+        function deep(n) { if(n > 0) return deep(n - 1) return 0 }
+        keep = nil
+        for(i = 0, i < 2000, i = i + 1) {
+          var many = {}
+          for(k = 0, k < 32 + i % 5, k = k + 1) {
+            many[k] = { .k = k }
+            if(k > 16) { var garbage = { .x = k } }
+            if(k == i % 32) keep = { .i = i }
+          }
+          many = nil
+          deep(14)
+        }
+        log(keep.i > 0)";
+    assert_eq!(logged(script, 339), ["1"]);
+}
+
 #[test]
 fn strings_are_freed() {
     let script = "
