@@ -48,7 +48,8 @@ parts! {
     LongMessages = 7, "long_messages", "tables, functions and texts in messages";
     Swarms = 8, "swarms", "`swarm`";
     Stigmergy = 9, "stigmergy", "`stigmergy`";
-    Conflicts = 10, "conflicts", "`onconflict` and `onconflictlost`";
+    Conflicts = 10, "conflicts", "`onconflict`";
+    LostConflicts = 11, "lost_conflicts", "`onconflictlost`";
 }
 
 /// A set of parts.
@@ -126,8 +127,11 @@ impl Parts {
             Library::SwarmObject => Parts::of(&[Part::Swarms, Part::Libraries]),
             Library::Stigmergy => Parts::of(&[Part::Stigmergy]),
             Library::StigmergyObject => match info.number {
-                builtin::STIGMERGY_ONCONFLICT | builtin::STIGMERGY_ONCONFLICTLOST => {
+                builtin::STIGMERGY_ONCONFLICT => {
                     Parts::of(&[Part::Stigmergy, Part::Libraries, Part::Conflicts])
+                }
+                builtin::STIGMERGY_ONCONFLICTLOST => {
+                    Parts::of(&[Part::Stigmergy, Part::Libraries, Part::LostConflicts])
                 }
                 _ => Parts::of(&[Part::Stigmergy, Part::Libraries]),
             },

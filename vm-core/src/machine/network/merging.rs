@@ -163,7 +163,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), Stopped> {
         self.set_stamp(at, stigmergy, winner, 0);
         self.mark_heard(at);
-        if Self::has(Part::Conflicts)
+        if Self::has(Part::LostConflicts)
             && mine.clock == winner.clock
             && mine.robot == self.robot_id
             && mine.robot != winner.robot

@@ -201,7 +201,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 self.set_handler(handler(ON_CONFLICT, stigmergy), b)?;
                 return Ok(Value::nil());
             }
-            builtin::STIGMERGY_ONCONFLICTLOST if Self::has(Part::Conflicts) => {
+            builtin::STIGMERGY_ONCONFLICTLOST if Self::has(Part::LostConflicts) => {
                 self.set_handler(handler(ON_CONFLICT_LOST, stigmergy), b)?;
                 return Ok(Value::nil());
             }
