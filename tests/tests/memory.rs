@@ -158,25 +158,37 @@ fn garbage_does_not_prevent_calls() {
     }
 }
 
-/// More than half of the memory is in use for a while, among it a table that stays. Cells never move, so it must not lie
-/// where calls need room later.
+/// The first step ends with most of the memory in use. Cells never move, so the table that the second step makes and keeps
+/// must not lie where its calls need room.
 #[test]
 fn a_table_that_stays_does_not_prevent_calls() {
-    let script = "
-        function deep(n) { if(n > 0) return deep(n - 1) return 0 }
-        keep = nil
-        for(i = 0, i < 2000, i = i + 1) {
-          var many = {}
-          for(k = 0, k < 32 + i % 5, k = k + 1) {
-            many[k] = { .k = k }
-            if(k > 16) { var garbage = { .x = k } }
-            if(k == i % 32) keep = { .i = i }
-          }
-          many = nil
-          deep(14)
-        }
-        log(keep.i > 0)";
-    assert_eq!(logged(script, 339), ["1"]);
+    for (first, long, before) in
+        (0..8).flat_map(|a| (28..36).flat_map(move |b| (6..14).map(move |c| (a, b, c))))
+    {
+        let script = format!(
+            "
+            t = 0  keep = nil  head = nil
+            function deep(n) {{ if(n > 0) return deep(n - 1) return 0 }}
+            function step() {{
+              t = t + 1
+              if(t == 1) {{
+                for(k = 0, k < {first}, k = k + 1) garbage = {{ .x = k }}
+                garbage = nil
+                for(k = 0, k < {long}, k = k + 1) head = {{ .k = k, .next = head }}
+                head = nil
+              }}
+              else if(t == 2) {{
+                for(k = 0, k < {before}, k = k + 1) garbage = {{ .x = k }}
+                garbage = nil
+                keep = {{ .x = 1 }}
+                deep(12)
+              }}
+            }}"
+        );
+        // An audit collects at the end of each step.
+        let trace = run::<Tiny>(&script, &Settings { audit: false, ..settings(339) });
+        assert_eq!(trace.end, End::Complete, "{first}, {long}, {before}");
+    }
 }
 
 #[test]

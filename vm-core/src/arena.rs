@@ -14,7 +14,7 @@ use core::cell::Cell;
 use core::marker::PhantomData;
 use core::num::NonZeroUsize;
 
-use crate::heap::{CollectionState, NoCell, SLOTS_AT_ONCE};
+use crate::heap::{CollectionState, NoCell};
 use crate::number::Profile;
 use crate::number::wide::IS_WIDE;
 use crate::slots::Slots;
@@ -117,9 +117,7 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
 
     /// Sets the limit for the growth of the heap: a quarter of the memory more than the slots
     /// `in_use`. With a large memory it is as many more as are in use, since garbage would take
-    /// memory of the host for nothing. With a small one an eighth of the memory is left to calls
-    /// unless a collection finds no other room: cells never move, so that one in the lowest place
-    /// would keep calls from the room of all above it.
+    /// memory of the host for nothing.
     pub(crate) fn set_floor(&mut self, in_use: usize) {
         let mut growth = self.top() / 4;
         if S::COUNT > LARGE {
@@ -127,8 +125,17 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
         }
         let room = in_use + growth;
         self.floor = self.top().saturating_sub(room) as u16;
-        if S::COUNT <= SLOTS_AT_ONCE || self.top() <= SLOTS_AT_ONCE {
-            self.floor = self.floor.max(self.reserved + self.top / 8);
+    }
+
+    /// Leaves an eighth of the memory to calls when an entry begins, unless cells lie there. After a
+    /// collection at the fullest moment of the entry before, garbage might fill all that moment has
+    /// needed; cells never move, so a table that stays in the lowest place would keep calls from the
+    /// room of all above it.
+    #[one_copy]
+    pub(crate) fn leave_room_for_calls(&mut self) {
+        let limit = self.reserved + self.top / 8;
+        if !Self::PAUSES && limit <= self.bottom {
+            self.floor = self.floor.max(limit);
         }
     }
 

@@ -23,7 +23,8 @@
 //!
 //! # When the machine collects
 //! * An allocation finds no free cell, or the heap has grown by a quarter of the memory since the last
-//!   collection, or into the room that is left to calls ([`Arena::set_floor`]).
+//!   collection ([`Arena::set_floor`]), or into the room that an entry leaves to calls
+//!   ([`Arena::leave_room_for_calls`]).
 //! * A call needs stack space that heap cells occupy.
 //! * An entry point ends after it allocated something, and less than a quarter of the memory is unused.
 //! * The script restarts after a fault.

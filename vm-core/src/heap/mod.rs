@@ -23,7 +23,7 @@ mod table;
 mod text;
 
 pub use pausing::{Collection, CollectionState};
-pub(crate) use pausing::{Phase, Progress, Repeat, SLOTS_AT_ONCE};
+pub(crate) use pausing::{Phase, Progress, Repeat};
 pub(crate) use table::ITERATION;
 pub(crate) use table::{VISIT, Visit};
 pub(crate) use text::{TextBuilder, TextCursor, TextPart};

@@ -23,7 +23,7 @@ use crate::value::{Tag, Value};
 
 /// Machines with more slots pause their collections. With fewer slots a collection is shorter than
 /// half a slice of a Cortex-M.
-pub(crate) const SLOTS_AT_ONCE: usize = 2048;
+const SLOTS_AT_ONCE: usize = 2048;
 
 /// The cells that are left for the next instruction when a collection begins. A text of 255
 /// characters takes 12 of them.
