@@ -191,6 +191,19 @@ fn a_table_that_stays_does_not_prevent_calls() {
     }
 }
 
+/// Calls have taken nearly all of the largest memory, and no entry has allocated anything since.
+#[test]
+fn calls_may_take_the_largest_memory_in_each_step() {
+    let script = "
+        function deep(n) { if(n > 0) return deep(n - 1) return 0 }
+        function step() { deep(12000) }";
+    let compiled = compiler::compile(script.to_owned(), true, &MemoryFiles::default());
+    let image = compiled.image.expect("it compiles");
+    let mut vm: Box<Vm<Full, &[u8], 65_520>> = Box::new(Vm::new());
+    let settings = Settings { audit: false, ..settings(65_520) };
+    assert_eq!(machine::run(&mut vm, &image, &settings).end, End::Complete);
+}
+
 #[test]
 fn strings_are_freed() {
     let script = "

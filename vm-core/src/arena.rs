@@ -127,15 +127,15 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
         self.floor = self.top().saturating_sub(room) as u16;
     }
 
-    /// Leaves an eighth of the memory to calls when an entry begins, unless cells lie there. After a
-    /// collection at the fullest moment of the entry before, garbage might fill all that moment has
-    /// needed; cells never move, so a table that stays in the lowest place would keep calls from the
-    /// room of all above it.
+    /// Leaves an eighth of the memory to calls when an entry begins, whose stack begins at slot
+    /// `from`, unless cells lie there. After a collection at the fullest moment of the entry before,
+    /// garbage might fill all that moment has needed; cells never move, so a table that stays in the
+    /// lowest place would keep calls from the room of all above it.
     #[one_copy]
-    pub(crate) fn leave_room_for_calls(&mut self) {
-        let limit = self.reserved + self.top / 8;
-        if !Self::PAUSES && limit <= self.bottom {
-            self.floor = self.floor.max(limit);
+    pub(crate) fn leave_room_for_calls(&mut self, from: usize) {
+        let limit = from + self.top() / 8;
+        if !Self::PAUSES && limit <= usize::from(self.bottom) {
+            self.floor = self.floor.max(limit as u16);
         }
     }
 

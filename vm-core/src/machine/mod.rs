@@ -304,7 +304,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             return false;
         }
         let point = program.header.entry(entry);
-        self.arena.leave_room_for_calls();
+        self.arena.leave_room_for_calls(self.sp.into());
         if entry == Entry::Global {
             self.end_rest();
         }
