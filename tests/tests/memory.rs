@@ -196,7 +196,7 @@ fn a_table_that_stays_does_not_prevent_calls() {
 fn calls_may_take_the_largest_memory_in_each_step() {
     let script = "
         function deep(n) { if(n > 0) return deep(n - 1) return 0 }
-        function step() { deep(12000) }";
+        function step() { deep(30000) }";
     let compiled = compiler::compile(script.to_owned(), true, &MemoryFiles::default());
     let image = compiled.image.expect("it compiles");
     let mut vm: Box<Vm<Full, &[u8], 65_520>> = Box::new(Vm::new());
