@@ -3,14 +3,14 @@
 #![cfg(feature = "view")]
 
 use crate::support::robot;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Write};
 use std::net::TcpStream;
 use std::process::Stdio;
 use std::time::Duration;
 
 use crate::support::Folder;
 use serde_json::Value;
-use tungstenite::Message;
+use tungstenite::{Error, Message};
 
 /// A script whose second step divides by zero.
 const SCRIPT: &str = "n = 0\nfunction step() {\n  n = n + 1\n  log(\"n is \", n)\n  if(n == 2) half(n)\n}\n\
@@ -39,7 +39,12 @@ fn a_page_gets_lines_and_faults() {
     drop(stdin);
     let mut events = Vec::new();
     loop {
-        if let Message::Text(text) = socket.read().unwrap() {
+        let message = match socket.read() {
+            // A stop of the process and its continuation end a read that has a timeout.
+            Err(Error::Io(error)) if error.kind() == ErrorKind::Interrupted => continue,
+            message => message.unwrap(),
+        };
+        if let Message::Text(text) = message {
             let event: Value = serde_json::from_str(&text).unwrap();
             let is_last = event["over"] == true;
             events.push(event);

@@ -87,10 +87,20 @@ fn connect(url: &str, origin: Option<&str>) -> Result<WebSocket<TcpStream>, Stri
     connected.map(|(socket, _)| socket).map_err(|error| error.to_string())
 }
 
+/// Reads the next message. A stop of the process and its continuation end a read that has a timeout, so it is repeated.
+fn read(socket: &mut WebSocket<TcpStream>) -> Result<Message, tungstenite::Error> {
+    loop {
+        match socket.read() {
+            Err(tungstenite::Error::Io(error)) if error.kind() == ErrorKind::Interrupted => {}
+            message => return message,
+        }
+    }
+}
+
 /// Reads until the socket ends.
 fn end(socket: &mut WebSocket<TcpStream>) -> tungstenite::Error {
     loop {
-        if let Err(error) = socket.read() {
+        if let Err(error) = read(socket) {
             return error;
         }
     }
@@ -103,7 +113,7 @@ fn is_timeout(error: &tungstenite::Error) -> bool {
 /// Returns the next event of that kind.
 fn event(socket: &mut WebSocket<TcpStream>, kind: &str) -> Value {
     loop {
-        if let Message::Text(text) = socket.read().unwrap() {
+        if let Message::Text(text) = read(socket).unwrap() {
             let event: Value = serde_json::from_str(&text).unwrap();
             if event["event"] == kind {
                 return event;
@@ -165,7 +175,7 @@ fn a_client_controls_the_run_and_receives_samples() {
         socket.send(Message::text("{\"play\":{\"rate\":50}}")).unwrap();
         let mut samples = 0;
         while samples < 5 {
-            samples += usize::from(socket.read().unwrap().is_binary());
+            samples += usize::from(read(&mut socket).unwrap().is_binary());
         }
         socket.send(Message::text("\"pause\"")).unwrap();
         let state = std::iter::repeat_with(|| event(&mut socket, "state"));

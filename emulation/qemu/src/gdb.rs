@@ -238,6 +238,8 @@ impl Gdb {
             match self.stream.read(&mut chunk) {
                 Ok(0) => return Err(GdbError::Closed),
                 Ok(count) => self.received.extend(&chunk[..count]),
+                // A stop of the process and its continuation end a read that has a timeout.
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
                 Err(error) if is_timeout(&error) => return Ok(None),
                 Err(error) => return Err(closed(error)),
             }
