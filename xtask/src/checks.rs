@@ -93,14 +93,18 @@ pub fn ci(step: Option<Step>) -> Result<()> {
     }
 }
 
-/// Runs all steps. The sample of the last one is compiled next to steps that keep one processor
-/// busy: they link images, and count in emulators.
+/// Runs all steps. The sample of the last one, and the tests, are compiled next to steps that keep one
+/// processor busy: they link images, and count in emulators.
 fn all_steps() -> Result<()> {
     let run = |steps: &[Step]| steps.iter().try_for_each(|step| step.run());
     let (before, rest) = Step::value_variants().split_at(Step::Sizes as usize);
     let (beside, after) = rest.split_at(Step::Emulators as usize - Step::Sizes as usize);
     run(before)?;
-    at_once(|| run(beside), soak::build_sample)?;
+    let compile = || {
+        soak::build_sample()?;
+        test_programs::compile(&shared_packages())
+    };
+    at_once(|| run(beside), compile)?;
     run(after)
 }
 
