@@ -70,7 +70,7 @@ pub const SURVIVORS: &[Survivor] = &[
     Survivor {
         mutant: "vm-core/src/machine/network/messages.rs: replace + with * in Vm<P, C, SLOTS>::next_message",
         count: 3,
-        reason: "the last local, the digest of a conflict, is overwritten by a value that has been read, or where none is needed; or the value of `step` takes the place of a record that nobody reads again",
+        reason: "the last local, the digest of a conflict, is overwritten by a value that has been read, or where none is needed; or the value of `step` takes the place of a record that is not read again",
     },
     Survivor {
         mutant: "vm-core/src/machine/network/messages.rs: replace + with - in Vm<P, C, SLOTS>::contain",
@@ -95,12 +95,12 @@ pub const SURVIVORS: &[Survivor] = &[
     Survivor {
         mutant: "vm-core/src/machine/network/neighbors.rs: replace + with * in Vm<P, C, SLOTS>::age_neighbors",
         count: 1,
-        reason: "nobody asks in which swarms a forgotten robot was",
+        reason: "no function asks in which swarms a forgotten robot was",
     },
     Survivor {
         mutant: "vm-core/src/machine/network/neighbors.rs: replace + with - in Vm<P, C, SLOTS>::age_neighbors",
         count: 1,
-        reason: "nobody asks in which swarms a forgotten robot was",
+        reason: "no function asks in which swarms a forgotten robot was",
     },
     Survivor {
         mutant: "vm-core/src/machine/network/neighbors.rs: replace < with <= in Vm<P, C, SLOTS>::find_neighbor",

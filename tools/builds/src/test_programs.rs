@@ -70,7 +70,7 @@ struct Run {
     failed: Vec<String>,
 }
 
-/// Arguments of cargo that compile tests and print what was compiled.
+/// Arguments of cargo that compile tests and list the compiled programs.
 const COMPILE: [&str; 3] = ["--no-run", "--message-format", "json-render-diagnostics"];
 
 /// Compiles the tests of some packages as [`run`] does, which then has less to compile.

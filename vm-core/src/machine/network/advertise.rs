@@ -5,7 +5,7 @@
 //! advertise all its entries once, one after the other, at intervals that grow as in Trickle (RFC
 //! 6206): they are short after a change and long when nothing is new. A random part is added to
 //! each, and they grow further when a neighbor shows that it has the same entry. A neighbor that
-//! hears nobody sends the same digest for ever: the pauses before all entries are repeated for it
+//! hears no robot sends the same digest for ever: the pauses before all entries are repeated for it
 //! double.
 //!
 //! A robot whose store has no room for the keys of the others can never equal them. It signals this
@@ -55,7 +55,7 @@ const ANSWER_STEPS: u16 = 2;
 /// effect.
 const USED_UP_STEPS: u16 = 16;
 /// The shortest and the longest time between two rounds of all entries for a neighbor whose digest
-/// stays another one. It doubles with each round: a neighbor that hears nobody never changes.
+/// stays another one. It doubles with each round: a neighbor that hears no robot never changes.
 const HELP_MIN: u8 = 4;
 const HELP_MAX: u8 = 128;
 /// Steps after which a robot may put again one more of the entries from before its restart.

@@ -1,4 +1,4 @@
-//! Merging: what a robot does with an entry that another one has sent.
+//! Merging of received entries: an entry is taken, refused, answered or deleted once more.
 
 use core::cmp::Ordering;
 
@@ -98,14 +98,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.take_greater(host, at, stigmergy, &theirs)
     }
 
-    /// Returns true if nobody may know a put of this robot with that clock.
+    /// Returns true if no other robot may know a put of this robot with that clock.
     #[hot]
     fn is_unsettled(&self, clock: u32) -> bool {
         (clock as u16).wrapping_sub(self.protocol.settled).wrapping_sub(1) < 0x7fff
     }
 
     /// Answers an entry that was deleted before: sends its deletion, in the name of its robot, with
-    /// a clock after `clock`. That robot puts the entry again if nobody else can have deleted it.
+    /// a clock after `clock`. That robot puts the entry again if no other robot can have deleted it.
     fn delete_again<H: Host<P>>(
         &mut self,
         host: &mut H,

@@ -43,9 +43,9 @@
 //! the image has a table of those that change places with 0, 1 and 2. All numbers here are those of
 //! the messages, except for the argument of `stigmergy.create` and for numbers that are shown.
 //!
-//! The module [`super::entries`] has their slots, [`super::merging`] what is done with a received
-//! entry, and [`super::conflicts`] the handlers; [`super::advertise`] decides when and how entries
-//! are sent.
+//! The slots of entries are in [`super::entries`], the treatment of received ones in
+//! [`super::merging`], and the handlers in [`super::conflicts`]; [`super::advertise`] decides when
+//! and how entries are sent.
 
 use super::conflicts::{ON_CONFLICT, ON_CONFLICT_LOST, handler};
 use super::entries::{KEY, OWN, ROBOT, VALUE};
