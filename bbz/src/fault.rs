@@ -41,6 +41,7 @@ pub fn title(cause: FaultCode) -> &'static str {
         FaultCode::TooLong => "a value that is too long to be sent",
         FaultCode::BadNumber => "a number that no swarm or stigmergy can have",
         FaultCode::TooMany => "more swarms or stigmergies than the robot has memory for",
+        FaultCode::TextTooLong => "a string that is too long",
     }
 }
 
@@ -163,6 +164,7 @@ impl FaultText<'_> {
                 }
                 _ => "this robot has no room for another swarm".to_owned(),
             },
+            FaultCode::TextTooLong => "this string would have more than 1000 characters".to_owned(),
             FaultCode::RobotRefused => {
                 let callee = self.callee.as_deref().unwrap_or("the robot function");
                 let reason =
@@ -288,6 +290,10 @@ impl FaultText<'_> {
             FaultCode::TooMany => "a robot is in at most 8 swarms, and has as many stigmergies as \
                  `stigmergy_entries` of its robot file says, at most 100"
                 .to_owned(),
+            FaultCode::TextTooLong => {
+                "a robot makes strings of at most 1000 characters: use or send the text in parts"
+                    .to_owned()
+            }
             FaultCode::NotCallable | FaultCode::AssertFailed | FaultCode::RobotRefused => {
                 return None;
             }

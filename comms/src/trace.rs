@@ -186,15 +186,23 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
     arguments: &CallArguments<'_, P, C, SLOTS>,
 ) -> Encoded {
     let mut record = with_step(LOG, step);
+    let start = record.len();
     for index in 0..arguments.count() {
         // One byte stays free for the tag `REST`.
         let room = RECORD_MAX - 1 - record.len();
-        let argument = arguments.item(index);
         if room < ITEM_MAX {
             put(&mut record, &[REST]);
             break;
         }
-        match argument {
+        // The entries of a table are counted once: that may take as long as a slice.
+        let parts = arguments.value(index).parts();
+        let mut items = Items { rest: record.get(start..).unwrap_or_default() };
+        let earlier = (0..index).find(|earlier| arguments.value(*earlier).parts() == parts);
+        if let Some(Ok(PrintedValue::Table(size))) = earlier.and_then(|place| items.nth(place)) {
+            put_item(&mut record, TABLE, &size.to_le_bytes());
+            continue;
+        }
+        match arguments.item(index) {
             Argument::Nil => put(&mut record, &[NIL]),
             Argument::Int(value) => put_item(&mut record, INT, &value.to_le_bytes()),
             Argument::Float(value) => put_item(&mut record, FLOAT, &value.to_le_bytes()),

@@ -109,6 +109,18 @@ fn a_long_text_is_cut() {
     }
 }
 
+/// A robot counts the entries of a table only once in a line.
+#[test]
+fn a_table_that_is_named_often_has_the_same_size_each_time() {
+    let script = "t = { .a = 1, .b = 2 } u = { .c = nil, .d = 4 } f = function() { }
+        log(nil, t, 7, u, t, \"text\", f, u, t, 7, {})";
+    let [two, one, none] = [2, 1, 0].map(PrintedValue::Table);
+    let record = record(script, None);
+    let items = items(&record).into_iter();
+    let sizes: Vec<_> = items.filter(|item| matches!(item, PrintedValue::Table(_))).collect();
+    assert_eq!(sizes, [two, one, two, one, two, none]);
+}
+
 /// The items of a time take 19 bytes: a text of seven, an integer and a text of three.
 #[test]
 fn a_time_is_left_out_if_it_does_not_fit() {

@@ -19,6 +19,11 @@ fn settings(slots: usize) -> Settings {
     Settings { slots, budget: 10_000, torture: Torture::default(), audit: true, most: 100_000_000 }
 }
 
+fn lines(trace: &Trace) -> Vec<String> {
+    let lines = trace.output.lines().filter_map(|line| line.strip_prefix("log "));
+    lines.map(str::to_owned).collect()
+}
+
 /// The lines that a script logs before it ends, in both profiles.
 fn logged(script: &str, slots: usize) -> Vec<String> {
     let [tiny, full] =
@@ -27,8 +32,7 @@ fn logged(script: &str, slots: usize) -> Vec<String> {
         assert_eq!(trace.end, End::Complete, "{script}\n{}", trace.output);
     }
     assert_eq!(tiny.output, full.output);
-    let lines = tiny.output.lines().filter_map(|line| line.strip_prefix("log "));
-    lines.map(str::to_owned).collect()
+    lines(&tiny)
 }
 
 #[test]
@@ -251,4 +255,65 @@ fn changes_of_one_library_do_not_affect_another() {
         math.rng.more = 2
         log(size(math.rng))";
     assert_eq!(logged(script, 400), ["4", "4", "5"]);
+}
+
+/// The cause that stopped a script, and the last line that it logged.
+fn last_line_and_fault(script: &str, slots: usize) -> (Option<String>, Option<FaultCode>) {
+    let trace = run::<Full>(script, &settings(slots));
+    let fault = match &trace.end {
+        End::Fault(fault) => Some(fault.code),
+        End::Complete => None,
+        other => panic!("{other:?}"),
+    };
+    (lines(&trace).pop(), fault)
+}
+
+#[test]
+fn a_text_of_a_chip_has_at_most_1000_bytes() {
+    let too_long = Some(FaultCode::TextTooLong);
+    let thousand = Some("1000".to_owned());
+    let growing = "
+        a = \"0123456789\"
+        text = string.concat(a, a)
+        while(1) { text = string.concat(text, a)  log(string.length(text)) }";
+    assert_eq!(last_line_and_fault(growing, 4096), (thousand.clone(), too_long));
+
+    let repeated = "
+        a = \"0123456789\"
+        text = string.concat(a, a, a, a, a)
+        text = string.concat(text, text, text, text)
+        log(string.length(string.concat(text, text, text, text, string.sub(text, 0, COUNT))))";
+    let part = "a = \"LITERAL\"\nlog(string.length(string.sub(a, 5, COUNT)))"
+        .replace("LITERAL", &"x".repeat(3000));
+    for (script, most) in [(repeated, 200), (part.as_str(), 1005)] {
+        let most_script = script.replace("COUNT", &most.to_string());
+        assert_eq!(last_line_and_fault(&most_script, 4096), (thousand.clone(), None));
+    }
+    let more = part.replace("COUNT", "1006");
+    assert_eq!(last_line_and_fault(&more, 4096), (None, too_long));
+
+    // The memory alone limits the texts of a computer.
+    let (last, fault) = last_line_and_fault(growing, 30_000);
+    assert_eq!(fault, Some(FaultCode::OutOfMemory));
+    assert!(last.and_then(|line| line.parse::<u32>().ok()) > Some(10_000));
+}
+
+#[test]
+fn texts_have_the_order_of_their_bytes() {
+    let endings =
+        ["", "a", "b", "z", "aa", "ab", "az", "zzzz", "aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa"];
+    let script = "
+        first = string.concat(\"?\", \"FIRST\")
+        second = string.concat(\"?\", \"SECOND\")
+        log(first < second, first <= second, first > second, first >= second, first == second)";
+    for first in endings {
+        for second in endings {
+            let script = script.replace("FIRST", first).replace("SECOND", second);
+            let truths =
+                [first < second, first <= second, first > second, first >= second, first == second];
+            let expected = truths.map(|truth| u8::from(truth).to_string()).join(" ");
+            let logged = lines(&run::<Full>(&script, &settings(2000)));
+            assert_eq!(logged, [expected], "{first} {second}");
+        }
+    }
 }

@@ -40,11 +40,13 @@ pub enum FaultCode {
     BadNumber = 16,
     /// More swarms or stigmergies than the robot has memory for.
     TooMany = 17,
+    /// A string made at run time that has more bytes than the machine makes in one instruction.
+    TextTooLong = 18,
 }
 
 impl FaultCode {
     /// Every cause.
-    pub const ALL: [FaultCode; 17] = [
+    pub const ALL: [FaultCode; 18] = [
         FaultCode::WrongType,
         FaultCode::NotATable,
         FaultCode::NotCallable,
@@ -62,6 +64,7 @@ impl FaultCode {
         FaultCode::TooLong,
         FaultCode::BadNumber,
         FaultCode::TooMany,
+        FaultCode::TextTooLong,
     ];
 }
 

@@ -7,7 +7,7 @@ use bittybuzz_runtime::script::SLICE_MAX;
 
 /// Scripts, in which `PAIRS` stands for as many entries as nearly fill the memory of the robot, `TABLES` for as many
 /// tables, and `ITEMS` for as many numbers as fit a message.
-const SCRIPTS: [(&str, &str); 8] = [
+const SCRIPTS: [(&str, &str); 10] = [
     ("loop", "function step() { i = 0 while(i < 1000) i = i + 1 }"),
     (
         "maths",
@@ -75,11 +75,23 @@ const SCRIPTS: [(&str, &str); 8] = [
           }
         }",
     ),
+    (
+        "log of a table",
+        "t = {}
+        function init() { i = 1 while(i < PAIRS) { t[0 - i] = 1 i = i + 1 } }
+        function step() { log(t) }",
+    ),
+    (
+        "log that names a table ten times",
+        "t = {}
+        function init() { i = 1 while(i < PAIRS) { t[0 - i] = 1 i = i + 1 } }
+        function step() { log(t, t, t, t, t, t, t, t, t, t) }",
+    ),
 ];
 
 /// Scripts for a robot with much memory and with text: they keep most of the memory, and make garbage in the rest. `LIVE`
 /// stands for nearly as many cells as there are.
-const LARGE_SCRIPTS: [(&str, &str); 10] = [
+const LARGE_SCRIPTS: [(&str, &str); 12] = [
     (
         "list",
         "head = nil
@@ -175,10 +187,32 @@ const LARGE_SCRIPTS: [(&str, &str); 10] = [
         }",
     ),
     (
-        "log of a table",
-        "t = {}
-        function init() { i = 1 while(i < PAIRS) { t[0 - i] = 1 i = i + 1 } }
-        function step() { log(t) }",
+        "parts of the longest text",
+        "a = \"0123456789\"
+        function init() {
+          a = string.concat(a, a, a, a, a, a, a, a, a, a)
+          a = string.concat(a, a, a, a, a, a, a, a, a, a)
+        }
+        function step() { i = 0 while(i < 10) { x = string.sub(a, 1) y = string.concat(x, \"1\") i = i + 1 } }",
+    ),
+    (
+        "order of the longest texts",
+        "a = \"0123456789\"
+        function init() {
+          a = string.concat(a, a, a, a, a, a, a, a, a, a)
+          a = string.concat(a, a, a, a, a, a, a, a, a, a)
+          b = string.concat(string.sub(a, 0, 999), \"x\")
+        }
+        function step() { i = 0 while(i < 10) { x = a < b x = a == b i = i + 1 } }",
+    ),
+    (
+        "numbers in the longest text",
+        "a = \"0000000000\"
+        function init() {
+          a = string.concat(a, a, a, a, a, a, a, a, a, a)
+          a = string.concat(a, a, a, a, a, a, a, a, a, a)
+        }
+        function step() { i = 0 while(i < 10) { x = string.toint(a) x = string.tofloat(a) i = i + 1 } }",
     ),
 ];
 

@@ -142,7 +142,7 @@ fn machine() -> String {
 
 /// The rows of the table of slices: a title, and the scripts of tests/hil of which the longest slice
 /// counts.
-const SLICES: [(&str, &[&str]); 8] = [
+const SLICES: [(&str, &[&str]); 9] = [
     ("loop", &["loop"]),
     ("functions of `math`; on the Kilobot `%` and `/` of floats", &["maths", "floats"]),
     ("a table that fills the memory", &["pairs", "foreach", "tables", "array"]),
@@ -153,7 +153,14 @@ const SLICES: [(&str, &[&str]); 8] = [
         &["garbage", "seldom", "list", "texts", "calls", "iterations"],
     ),
     ("the longest message into a full queue", &["messages", "other messages", "entries"]),
-    ("`log` of a table that fills the memory", &["log of a table"]),
+    (
+        "`log` of a table that fills the memory",
+        &["log of a table", "log that names a table ten times"],
+    ),
+    (
+        "texts of 1,000 characters, the most",
+        &["parts of the longest text", "order of the longest texts", "numbers in the longest text"],
+    ),
 ];
 
 fn slices() -> String {

@@ -3,6 +3,8 @@
 //! A text is a chain of cells with four bytes in each slot; the first slot holds the length, and a hash
 //! that differs between most texts, so that the search for a key seldom compares their bytes.
 
+use core::cmp::Ordering;
+
 use super::NoCell;
 use crate::arena::{Arena, CELL};
 use crate::number::Profile;
@@ -44,6 +46,12 @@ impl TextPart {
     pub(crate) fn count(self) -> usize {
         self.count
     }
+
+    /// Returns the order of two parts that begin at the same offset of their texts.
+    fn order(self, other: Self) -> Ordering {
+        let bytes = self.bytes.swap_bytes().cmp(&other.bytes.swap_bytes());
+        bytes.then(self.count.cmp(&other.count))
+    }
 }
 
 /// A position in a text.
@@ -59,6 +67,13 @@ impl TextCursor {
     /// Returns the number of bytes that follow.
     pub(crate) fn left(&self) -> usize {
         self.left
+    }
+}
+
+impl TextBuilder {
+    /// Returns the number of bytes that it holds now.
+    pub(crate) fn length(&self) -> usize {
+        self.length
     }
 }
 
@@ -165,6 +180,19 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
         cursor.at += 1;
         cursor.left -= 1;
         Some(byte)
+    }
+
+    /// Returns the order of two texts by their bytes.
+    pub(crate) fn order_of_texts(&self, a: usize, b: usize) -> Ordering {
+        let (mut a, mut b) = (self.text_start(a), self.text_start(b));
+        loop {
+            let (one, other) =
+                (self.text_part(&mut a, SLOT_BYTES), self.text_part(&mut b, SLOT_BYTES));
+            let order = one.order(other);
+            if order != Ordering::Equal || one.count == 0 {
+                return order;
+            }
+        }
     }
 
     /// Returns true if both are texts with the same bytes.

@@ -11,6 +11,13 @@ use crate::message::content::ContentReader;
 use crate::number::{self, Number, Profile, TextWork};
 use crate::value::{Tag, Value};
 
+/// The most bytes of a text on a chip. Making a longer one, comparing it or reading its digits would
+/// take longer than a slice, and these instructions do not pause.
+const TEXT_MAX: usize = 1000;
+
+/// The most slots of a machine on a chip. Larger ones run on computers, and their texts have no limit.
+const CHIP_SLOTS_MAX: usize = 4096;
+
 /// A position in a string, from which its next byte is read.
 #[derive(Clone, Copy)]
 enum Cursor {
@@ -71,6 +78,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> MemoryView<'_, P, C, SLOTS> {
             Cursor::Own(bytes) => bytes.len(),
             Cursor::Image(from, to) => to - from,
             Cursor::Made(made) => made.left(),
+        }
+    }
+
+    /// Steps over at most `bytes`.
+    fn skip(&self, cursor: &mut Cursor, bytes: usize) {
+        match cursor {
+            Cursor::Own(own) => *own = own.get(bytes..).unwrap_or_default(),
+            Cursor::Image(from, to) => *from = (*from + bytes).min(*to),
+            Cursor::Made(made) => self.arena.text_skip(made, bytes),
         }
     }
 
@@ -142,6 +158,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     }
 
     pub(super) fn order_of_texts(&self, a: Value<P>, b: Value<P>) -> Ordering {
+        if P::FULL && a.is(Tag::TEXT) && b.is(Tag::TEXT) {
+            return self.arena.order_of_texts(a.index(), b.index());
+        }
         self.view().text_bytes(a).cmp(self.view().text_bytes(b))
     }
 
@@ -189,11 +208,15 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         to: usize,
     ) -> Result<(), Stopped> {
         let mut cursor = self.view().cursor(value);
-        self.charge(self.view().left(&cursor).min(to));
+        self.view().skip(&mut cursor, from);
+        let mut left = self.view().left(&cursor).min(to - from);
+        let is_on_chip = self.arena.top() <= CHIP_SLOTS_MAX;
+        if is_on_chip && text.length() + left > TEXT_MAX {
+            return Err(self.fail(FaultCode::TextTooLong));
+        }
+        self.charge(left);
         // Most long texts were made at run time.
         if let Cursor::Made(made) = &mut cursor {
-            self.arena.text_skip(made, from);
-            let mut left = (to - from).min(made.left());
             while left != 0 {
                 let part = self.arena.text_part(made, left);
                 left -= part.count();
@@ -201,11 +224,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             }
             return Ok(());
         }
-        for _ in 0..from {
-            let _ = self.view().next(&mut cursor);
-        }
-        for _ in from..to {
-            let Some(byte) = self.view().next(&mut cursor) else { break };
+        while left != 0
+            && let Some(byte) = self.view().next(&mut cursor)
+        {
+            left -= 1;
             self.add_byte(text, byte)?;
         }
         Ok(())

@@ -250,8 +250,11 @@ pub fn parse_float(text: impl Iterator<Item = u8>) -> Option<f32> {
         if let Some(digit) = text.digit() {
             any = true;
             if kept < 20 {
-                big.multiply_add(10, u16::from(digit));
-                kept += u8::from(kept > 0 || digit != 0);
+                // Leading zeros leave the number as it is.
+                if kept > 0 || digit != 0 {
+                    big.multiply_add(10, u16::from(digit));
+                    kept += 1;
+                }
                 exponent = exponent.saturating_sub(i32::from(point));
             } else {
                 dropped |= digit != 0;
