@@ -194,11 +194,8 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
             put(&mut record, &[REST]);
             break;
         }
-        // The entries of a table are counted once: that may take as long as a slice.
-        let parts = arguments.value(index).parts();
-        let mut items = Items { rest: record.get(start..).unwrap_or_default() };
-        let earlier = (0..index).find(|earlier| arguments.value(*earlier).parts() == parts);
-        if let Some(Ok(PrintedValue::Table(size))) = earlier.and_then(|place| items.nth(place)) {
+        let items = Items { rest: record.get(start..).unwrap_or_default() };
+        if let Some(size) = size_before(items, arguments, index) {
             put_item(&mut record, TABLE, &size.to_le_bytes());
             continue;
         }
@@ -230,6 +227,23 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
         }
     }
     record
+}
+
+/// Returns the number of entries of argument `index`, if it is a table that an earlier argument names
+/// too. To count the entries may take as long as a slice. A function of its own, so that its variables
+/// are not on the stack during the count.
+#[inline(never)]
+fn size_before<P: Profile, C: ByteCode, const SLOTS: usize>(
+    mut items: Items<'_>,
+    arguments: &CallArguments<'_, P, C, SLOTS>,
+    index: usize,
+) -> Option<u16> {
+    let parts = |index| arguments.value(index).parts();
+    let earlier = (0..index).find(|earlier| parts(*earlier) == parts(index))?;
+    match items.nth(earlier) {
+        Some(Ok(PrintedValue::Table(size))) => Some(size),
+        _ => None,
+    }
 }
 
 /// Returns the record of a `log` followed by ` after {ms} ms`. The time is left out if it does not
