@@ -93,19 +93,24 @@ pub fn ci(step: Option<Step>) -> Result<()> {
     }
 }
 
-/// Runs all steps. The sample of the last one, and the tests, are compiled next to steps that keep one
-/// processor busy: they link images, and count in emulators.
+/// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
+/// emulators count while the tests are compiled, and the sample of the long tests runs while browsers
+/// do.
 fn all_steps() -> Result<()> {
     let run = |steps: &[Step]| steps.iter().try_for_each(|step| step.run());
     let (before, rest) = Step::value_variants().split_at(Step::Sizes as usize);
     let (beside, after) = rest.split_at(Step::Emulators as usize - Step::Sizes as usize);
+    let (tests, last) = after.split_at(Step::Wasm as usize - Step::Emulators as usize);
+    let (browsers, sample) = last.split_at(Step::Soak as usize - Step::Wasm as usize);
     run(before)?;
     let compile = || {
         soak::build_sample()?;
         test_programs::compile(&shared_packages())
     };
     at_once(|| run(beside), compile)?;
-    run(after)
+    run(tests)?;
+    at_once(|| run(browsers), || run(sample))?;
+    Ok(())
 }
 
 impl Step {
