@@ -33,23 +33,21 @@ pub fn test() -> Result<()> {
     println!(
         "The tests follow: {MINUTES} minutes on two cores the first time, with all that is built."
     );
-    let others = [("BITTYBUZZ_SEEDS", SEEDS), (FIGURES, CHECK)];
-    test_programs::run(&shared_packages(), &SKIP_SLOW, || build_images(&others))
+    let settings = [("BITTYBUZZ_SEEDS", SEEDS), (FIGURES, CHECK)];
+    test_programs::run(&shared_packages(), &SKIP_SLOW, &settings, build_images)
 }
 
 /// Builds the robots' images from the current sources. Returns the variables that pass them to the
-/// tests, and `others`.
-fn build_images(others: &[(&'static str, &str)]) -> Result<Variables> {
+/// tests.
+fn build_images() -> Result<Variables> {
     let text = |path: PathBuf| path.display().to_string();
-    let images = [
+    Ok(vec![
         ("BITTYBUZZ_CRAZYFLIE", text(CRAZYFLIE.build(None, false)?)),
         ("BITTYBUZZ_CRAZYFLIE_TINY", text(CRAZYFLIE.build_tiny(None)?)),
         ("BITTYBUZZ_ZOOIDS", text(ZOOIDS.build(None, false)?)),
         ("BITTYBUZZ_BEHAVIORS", text(KILOBOT.build_behaviors(false)?)),
         ("BITTYBUZZ_KILOBOT", text(KILOBOT.build(None, false)?)),
-    ];
-    let others = others.iter().map(|(name, value)| (*name, (*value).to_owned()));
-    Ok(images.into_iter().chain(others).collect())
+    ])
 }
 
 /// A part of the checks that a change must pass before it is merged, in the order of a whole run.
@@ -132,8 +130,8 @@ impl Step {
                 cargo(&[&["test", "--release"], &emulators()[..]].concat())?;
             }
             Step::Tests => {
-                let variables = || build_images(&[(FIGURES, CHECK)]);
-                test_programs::run(&shared_packages(), &[], variables)?;
+                let settings = [(FIGURES, CHECK)];
+                test_programs::run(&shared_packages(), &[], &settings, build_images)?;
             }
             Step::Guides => carry_out_guides()?,
             Step::Wasm => wasm()?,
@@ -158,7 +156,7 @@ fn carry_out_guides() -> Result<()> {
     let runs = Runs::load()?;
     let due = runs.due()?;
     println!("guides whose files have changed: {}", due.len());
-    let images = if due.is_empty() { Variables::new() } else { build_images(&[])? };
+    let images = if due.is_empty() { Variables::new() } else { build_images()? };
     let tests = guides("changed", &[]);
     images.iter().fold(tests, |tests, (name, path)| tests.env(name, path)).run()
 }

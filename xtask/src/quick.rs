@@ -71,7 +71,7 @@ pub fn run(arguments: &QuickArguments) -> Result<()> {
         let named: Vec<&str> = named.iter().map(String::as_str).collect();
         let lints = ["--all-targets", "--", "-D", "warnings"];
         cargo(&[&["clippy"], &named[..], &lints[..]].concat())?;
-        test_programs::run(&named, &[], || Ok(Vec::new()))?;
+        test_programs::run(&named, &[], &[], || Ok(Vec::new()))?;
     }
     if !tested.contains(CONFORMANCE) {
         cargo_test(&[

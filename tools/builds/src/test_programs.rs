@@ -5,12 +5,13 @@
 //! longer than it saves.
 
 use crate::cargo_test::{GUIDES, cargo_test};
-use crate::shell::{Invocation, at_once};
+use crate::shell::Invocation;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
 use std::cmp::Reverse;
+use std::panic::resume_unwind;
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Mutex, MutexGuard, OnceLock};
 use std::thread;
 use std::time::Instant;
 
@@ -22,7 +23,10 @@ const PROGRAMS: usize = 2;
 const SLOWEST: [&str; 5] =
     ["bittybuzz-hil", "bittybuzz-tests", "bittybuzz-model", "bbz", "bittybuzz-arena"];
 
-/// A program with a test that takes half of the program's time (100 s). A program starts its tests in
+/// The package whose tests run the robots' images.
+const IMAGED: &str = "bittybuzz-hil";
+
+/// A program with a test that takes a third of the program's time. A program starts its tests in
 /// the order of their names, in which this one comes late and would run alone at the end. So it runs
 /// first, apart from the others.
 const SPLIT: &str = "cargo test --package bittybuzz-hil --test hil";
@@ -81,57 +85,116 @@ pub fn compile(packages: &[&str]) -> Result<()> {
 /// Compiles the tests of some packages, runs their programs and the examples of their
 /// documentation, and prints the number of tests. A failed program does not stop the others.
 ///
-/// `packages` are the options of cargo that select packages, and `chosen` the arguments for each
-/// test program. `variables` returns the environment of the tests. It may build images: it runs
-/// while the tests are compiled, because an image keeps only one processor busy.
+/// `packages` are the options of cargo that select packages, `chosen` the arguments for each test
+/// program, and `settings` variables of their environment. `images` builds the robots' images and
+/// returns the variables that name them. An image keeps only one processor busy, so they are built
+/// while tests are compiled and while programs run that need none.
 pub fn run(
     packages: &[&str],
     chosen: &[&str],
-    variables: impl FnOnce() -> Result<Variables> + Send,
+    settings: &[(&'static str, &str)],
+    images: impl FnOnce() -> Result<Variables> + Send,
 ) -> Result<()> {
-    let build = || cargo_test(&[packages, &COMPILE].concat()).shown_errors();
-    let (messages, variables) = at_once(build, variables)?;
-    let Built { programs, bbz, has_documented_library } = read_messages(&messages)?;
-    let bbz = bbz.map(|path| ("BITTYBUZZ_BBZ", path));
-    let variables: Variables = variables.into_iter().chain(bbz).collect();
-    let with_variables =
-        |line: Invocation| variables.iter().fold(line, |line, (name, value)| line.env(name, value));
-    let count = programs.len();
-    let run = Mutex::new(Run { waiting: in_order(programs), ..Run::default() });
-    let run_waiting = || -> Result<()> {
+    thread::scope(|scope| {
+        let images = scope.spawn(images);
+        let messages = cargo_test(&[packages, &COMPILE].concat()).shown_errors()?;
+        let Built { programs, bbz, has_documented_library } = read_messages(&messages)?;
+        let settings = settings.iter().map(|(name, value)| (*name, (*value).to_owned()));
+        let runner = Runner {
+            chosen,
+            settings: settings.chain(bbz.map(|path| ("BITTYBUZZ_BBZ", path))).collect(),
+            images: OnceLock::new(),
+            run: Mutex::new(Run::default()),
+        };
+        let count = programs.len();
+        lock(&runner.run).waiting = in_order(programs);
+        runner.run_all(|| images.join().unwrap_or_else(|panic| resume_unwind(panic)))?;
+        let run = lock(&runner.run);
+        println!("{} in {count} test programs", run.counts.text());
+        if !run.failed.is_empty() {
+            bail!("these commands repeat the failed test programs:\n{}", run.failed.join("\n"));
+        }
+        if has_documented_library {
+            let tests = cargo_test(&[packages, &["--doc", "--"], chosen].concat());
+            runner.with_variables(tests).run()?;
+        }
+        Ok(())
+    })
+}
+
+/// The environment of test programs, and their run.
+struct Runner<'a> {
+    /// The arguments of each program.
+    chosen: &'a [&'a str],
+    settings: Variables,
+    /// The variables that name images, once these are built; `None` if they cannot be.
+    images: OnceLock<Option<Variables>>,
+    run: Mutex<Run>,
+}
+
+impl Runner<'_> {
+    /// Runs all programs, [`PROGRAMS`] at a time, but one at a time until `images` returns.
+    fn run_all(&self, images: impl FnOnce() -> Result<Variables>) -> Result<()> {
+        thread::scope(|scope| {
+            let mut threads = vec![scope.spawn(|| self.run_waiting())];
+            let (images, error) = match images() {
+                Ok(images) => (Some(images), None),
+                Err(error) => (None, Some(error)),
+            };
+            self.images.set(images).expect("only this thread sets them");
+            threads.extend((1..PROGRAMS).map(|_| scope.spawn(|| self.run_waiting())));
+            let results =
+                threads.into_iter().map(|thread| thread.join().expect("running a test panics"));
+            results.chain(error.map(Err)).collect()
+        })
+    }
+
+    /// Runs programs until none is left that can run.
+    fn run_waiting(&self) -> Result<()> {
         loop {
-            let next = lock(&run).waiting.pop();
-            let Some(program) = next else { return Ok(()) };
-            let start = Instant::now();
-            let arguments = [chosen, program.selection].concat();
-            let line = Invocation::named(&program.command, &program.executable, &arguments)
-                .in_folder(&program.folder);
-            let output = with_variables(line).unannounced().output_if(|_| true)?;
-            let text = String::from_utf8_lossy(&output.stdout);
-            let counts = Counts::read(&text);
-            let seconds = start.elapsed().as_secs();
-            let mut run = lock(&run);
-            run.counts.add(counts);
-            println!("$ {}: {} in {seconds} s", program.command, counts.text());
-            if !output.status.success() {
-                println!("{text}{}", String::from_utf8_lossy(&output.stderr));
-                run.failed.push(format!("{} ({})", program.command, output.status));
+            let has_images = matches!(self.images.get(), Some(Some(_)));
+            let next = lock(&self.run).next(has_images);
+            if let Some(program) = next {
+                self.run_program(&program)?;
+            } else if has_images || self.images.wait().is_none() {
+                return Ok(());
             }
         }
-    };
-    thread::scope(|scope| {
-        let threads: Vec<_> = (0..PROGRAMS).map(|_| scope.spawn(run_waiting)).collect();
-        threads.into_iter().try_for_each(|thread| thread.join().expect("running a test panics"))
-    })?;
-    let Run { counts, failed, .. } = run.into_inner().expect("a thread that panics is reported");
-    println!("{} in {count} test programs", counts.text());
-    if !failed.is_empty() {
-        bail!("these commands repeat the failed test programs:\n{}", failed.join("\n"));
     }
-    if has_documented_library {
-        with_variables(cargo_test(&[packages, &["--doc", "--"], chosen].concat())).run()?;
+
+    fn run_program(&self, program: &TestProgram) -> Result<()> {
+        let start = Instant::now();
+        let arguments = [self.chosen, program.selection].concat();
+        let line = Invocation::named(&program.command, &program.executable, &arguments)
+            .in_folder(&program.folder);
+        let output = self.with_variables(line).unannounced().output_if(|_| true)?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        let counts = Counts::read(&text);
+        let seconds = start.elapsed().as_secs();
+        let mut run = lock(&self.run);
+        run.counts.add(counts);
+        println!("$ {}: {} in {seconds} s", program.command, counts.text());
+        if !output.status.success() {
+            println!("{text}{}", String::from_utf8_lossy(&output.stderr));
+            run.failed.push(format!("{} ({})", program.command, output.status));
+        }
+        Ok(())
     }
-    Ok(())
+
+    fn with_variables(&self, line: Invocation) -> Invocation {
+        let images = self.images.get().into_iter().flatten().flatten();
+        let variables = self.settings.iter().chain(images);
+        variables.fold(line, |line, (name, value)| line.env(name, value))
+    }
+}
+
+impl Run {
+    /// Takes the next program. Without images, takes the next one that needs none.
+    fn next(&mut self, has_images: bool) -> Option<TestProgram> {
+        let can_run = |program: &TestProgram| has_images || program.package != IMAGED;
+        let at = self.waiting.iter().rposition(can_run)?;
+        Some(self.waiting.remove(at))
+    }
 }
 
 /// Returns the programs in the order in which they wait: the last one starts first.
@@ -296,6 +359,16 @@ mod tests {
         let commands: Vec<_> = order.iter().map(|program| program.command.as_str()).collect();
         assert_eq!(commands[..3], ["o", "b", "c"]);
         assert_eq!(commands[4], format!("{SPLIT} -- {SLOWEST_TEST}"));
+
+        // Until the images are there, others run.
+        let mut run = Run { waiting: order, ..Run::default() };
+        let mut next = |has_images| run.next(has_images).map(|program| program.command);
+        assert_eq!(next(false).as_deref(), Some("c"));
+        assert_eq!(next(true), Some(format!("{SPLIT} -- {SLOWEST_TEST}")));
+        assert_eq!(next(false).as_deref(), Some("b"));
+        assert_eq!(next(false).as_deref(), Some("o"));
+        assert_eq!(next(false), None);
+        assert!(next(true).is_some());
     }
 
     #[test]
