@@ -4,9 +4,13 @@
 //! `I2c` of embassy-stm32 0.6.0 takes 1.3 kB more and waits as long, as no DMA channel is free for
 //! it.
 
-use embassy_stm32::pac::I2C2;
+use cortex_m::asm;
+use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::pac::i2c::regs::{Isr, Timingr};
 use embassy_stm32::pac::i2c::vals::{Autoend, Dir};
+use embassy_stm32::pac::{GPIOB, I2C2};
+
+use crate::pins;
 
 /// The error of a transfer: no device answers, or the bus hangs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,10 +22,38 @@ const TIMING: Timingr = Timingr(0x0090_1850);
 /// The number of status readings before a transfer fails: more than 2 ms.
 const PATIENCE: u32 = 20_000;
 
-/// Turns the peripheral on.
+/// Half a period of the clock with which a device is freed, in cycles of the core: 5 µs, which is
+/// enough for a device of 100 kHz.
+const HALF_PERIOD: u32 = 240;
+
+/// Frees the bus, and turns the peripheral on.
 pub fn start() {
+    free_bus();
     I2C2.timingr().write_value(TIMING);
     I2C2.cr1().write(|w| w.set_pe(true));
+}
+
+/// Lets a device that holds SDA low finish its byte. The devices do not notice a reset of this chip, and
+/// one that was sending then waits for the clock. It lets SDA go within nine periods (UM10204 3.1.16),
+/// and the next start condition ends its transfer.
+fn free_bus() {
+    let drive = |level: bool| {
+        GPIOB
+            .bsrr()
+            .write(|w| if level { w.set_bs(pins::SCL, true) } else { w.set_br(pins::SCL, true) })
+    };
+    drive(true);
+    GPIOB.moder().modify(|w| w.set_moder(pins::SCL, Moder::OUTPUT));
+    for _ in 0..9 {
+        if pins::is_high(GPIOB, pins::SDA) {
+            break;
+        }
+        drive(false);
+        asm::delay(HALF_PERIOD);
+        drive(true);
+        asm::delay(HALF_PERIOD);
+    }
+    GPIOB.moder().modify(|w| w.set_moder(pins::SCL, Moder::ALTERNATE));
 }
 
 /// Writes at most 255 bytes to a device.

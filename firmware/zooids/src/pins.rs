@@ -33,6 +33,9 @@ pub const RADIO_IRQ: usize = 15;
 /// The photodiodes on port B, high when lit.
 pub const RIGHT: usize = 9;
 pub const LEFT: usize = 1;
+/// The bus of the touch sensor on port B.
+pub const SCL: usize = 10;
+pub const SDA: usize = 11;
 /// The inputs of the motors' bridges on port A, in order.
 pub const MOTORS: core::ops::Range<usize> = 0..4;
 
@@ -60,9 +63,9 @@ const PORT_B: Port = Port::of(&[
     (LEFT, Captured(1)),
     // TIM17, channel 1.
     (RIGHT, Captured(2)),
-    // I2C2: SCL, SDA.
-    (10, Bus(1)),
-    (11, Bus(1)),
+    // I2C2.
+    (SCL, Bus(1)),
+    (SDA, Bus(1)),
 ]);
 
 /// The values of a port's registers (RM0091 8.4).

@@ -39,4 +39,5 @@ mod zooid_failures;
 mod zooid_power;
 mod zooid_script;
 mod zooid_settings;
+mod zooid_touch;
 mod zooids;

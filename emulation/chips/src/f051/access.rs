@@ -84,7 +84,14 @@ impl F051 {
         let mut modeled = true;
         match base {
             WATCHDOG => self.watchdog.write(offset, write, self.now),
-            I2C2 => modeled = self.i2c.write(offset, write, self.now),
+            I2C2 => {
+                let release = self.i2c.release(self.now);
+                let was_on = self.i2c.is_on();
+                modeled = self.i2c.write(offset, write, self.now);
+                if was_on && !self.i2c.is_on() {
+                    self.i2c_release = Some(release);
+                }
+            }
             SYSCFG if (0x08..0x18).contains(&offset) => {
                 self.exti.write_choice(offset as usize / 4 - 2, write);
                 self.pins_changed();
@@ -192,7 +199,7 @@ impl F051 {
             self.spi = Spi::new(clocks.pclk);
         }
         if is_set(ResetRegister::Apb1, 22) {
-            self.i2c = I2c::new(clocks.pclk);
+            self.restart_i2c();
         }
         (0..self.timers.len()).for_each(|number| self.update_timer_line(number));
         self.pins_changed();

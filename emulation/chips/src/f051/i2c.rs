@@ -1,7 +1,8 @@
 //! I2C with a timing register (RM0091 26), as a master with addresses of seven bits.
 //!
 //! The model reports its actions on the bus as [`BusAction`]s, which the connected device answers.
-//! Slave mode, SMBus, and the faults of a real bus (lost arbitration, bus errors) have no model.
+//! While a device holds SDA low, the master sends no start condition. Slave mode, SMBus, and the
+//! other faults of a real bus (lost arbitration, bus errors) have no model.
 
 use crate::Time;
 use crate::stm32::Write;
@@ -56,6 +57,11 @@ pub enum BusAction {
     Stop,
 }
 
+/// The state of the bus at the moment when the master let it go: the action on the wire with the
+/// number of its bits that were not complete, or `None` between two actions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BusRelease(pub Option<(BusAction, u64)>);
+
 pub(crate) struct I2c {
     hz: u64,
     registers: [u32; REGISTERS],
@@ -66,6 +72,8 @@ pub(crate) struct I2c {
     reading: bool,
     /// The action on the wire, and the time when it is complete.
     busy: Option<(Time, BusAction)>,
+    /// True while a device holds SDA low outside of a transfer.
+    is_held: bool,
 }
 
 impl I2c {
@@ -78,7 +86,30 @@ impl I2c {
             left: 0,
             reading: false,
             busy: None,
+            is_held: false,
         }
+    }
+
+    /// Sets if a device holds SDA low. A start condition that waits for the bus is sent once it is
+    /// free.
+    pub fn set_held(&mut self, is_held: bool, now: Time) {
+        self.is_held = is_held;
+        if !is_held && self.busy.is_none() && self.register(CR2) & CR2_START != 0 {
+            self.start(now);
+        }
+    }
+
+    /// Returns what is on the wire if the master lets the bus go now.
+    pub fn release(&self, now: Time) -> BusRelease {
+        BusRelease(self.busy.map(|(end, action)| {
+            let left = end.picos().saturating_sub(now.picos());
+            (action, left.div_ceil(self.bits(1).picos().max(1)))
+        }))
+    }
+
+    /// Returns true if the peripheral is on.
+    pub fn is_on(&self) -> bool {
+        self.register(CR1) & CR1_PE != 0
     }
 
     pub fn set_clock(&mut self, hz: u64) {
@@ -207,7 +238,7 @@ impl I2c {
         match offset {
             CR1 => {
                 self.registers[0] = write.merge(self.registers[0]);
-                if self.register(CR1) & CR1_PE == 0 {
+                if !self.is_on() {
                     // Without PE the state machine and the flags are as after a reset (26.4.5).
                     self.isr = ISR_TXE;
                     self.busy = None;
@@ -238,18 +269,25 @@ impl I2c {
         true
     }
 
+    fn start(&mut self, now: Time) {
+        let cr2 = self.register(CR2);
+        self.left = (cr2 & CR2_NBYTES) >> 16;
+        self.reading = cr2 & CR2_RD_WRN != 0;
+        self.isr = self.isr & !(ISR_TC | ISR_TCR) | ISR_BUSY;
+        let address = (cr2 >> 1 & 0x7f) as u8;
+        // The start condition, and the address.
+        self.begin(BusAction::Start { address, read: self.reading }, 1 + BYTE_BITS, now);
+    }
+
     fn control(&mut self, old: u32, new: u32, now: Time) -> bool {
-        if self.register(CR1) & CR1_PE == 0 {
+        if !self.is_on() {
             return true;
         }
         let risen = new & !old;
         if risen & CR2_START != 0 {
-            self.left = (new & CR2_NBYTES) >> 16;
-            self.reading = new & CR2_RD_WRN != 0;
-            self.isr = self.isr & !(ISR_TC | ISR_TCR) | ISR_BUSY;
-            let address = (new >> 1 & 0x7f) as u8;
-            // The start condition, and the address.
-            self.begin(BusAction::Start { address, read: self.reading }, 1 + BYTE_BITS, now);
+            if !self.is_held {
+                self.start(now);
+            }
         } else if risen & CR2_STOP != 0 && self.isr & ISR_BUSY != 0 {
             self.begin(BusAction::Stop, 1, now);
         } else if self.isr & ISR_TCR != 0 && new & CR2_NBYTES != 0 {
@@ -342,6 +380,21 @@ mod tests {
         let later = now + Time::from_millis(1);
         i2c.read(RXDR, later);
         assert_eq!(i2c.next_event(), Some(later + Time::from_micros(90)));
+    }
+
+    #[test]
+    fn a_start_waits_until_the_bus_is_free() {
+        let mut i2c = i2c();
+        i2c.set_held(true, Time::ZERO);
+        write(&mut i2c, CR2, 0x1b << 1 | 1 << 16 | CR2_START, Time::ZERO);
+        assert_eq!((i2c.next_event(), i2c.read(CR2, Time::ZERO) & CR2_START), (None, CR2_START));
+        // A second of waiting, then a start condition and an address of ten bits.
+        let later = Time::from_millis(1000);
+        i2c.set_held(false, later);
+        assert_eq!(i2c.next_event(), Some(later + Time::from_micros(100)));
+        // Bits of 10 us, of which the fifth is not complete.
+        let action = BusAction::Start { address: 0x1b, read: false };
+        assert_eq!(i2c.release(later + Time::from_micros(41)), BusRelease(Some((action, 6))));
     }
 
     #[test]

@@ -16,8 +16,8 @@ use self::dma::Dma;
 pub use self::dma::Transfer;
 use self::flash::FlashInterface;
 pub use self::flash::{FlashChange, FlashContent};
-pub use self::i2c::BusAction;
 use self::i2c::I2c;
+pub use self::i2c::{BusAction, BusRelease};
 use self::identity::Identity;
 use self::rcc::{Clocks, Rcc};
 use self::spi::Spi;
@@ -116,6 +116,7 @@ pub struct F051 {
     exti: Exti,
     spi: Spi,
     i2c: I2c,
+    i2c_release: Option<BusRelease>,
     adc: Adc,
     dma: Dma,
     timers: [Timer; TIMERS.len()],
@@ -145,6 +146,7 @@ impl F051 {
             exti: Exti::new(EXTI_IRQ),
             spi: Spi::new(clocks.pclk),
             i2c: I2c::new(clocks.pclk),
+            i2c_release: None,
             adc: Adc::new(clocks.pclk, clocks.hsi14, battery_volts),
             dma: Dma::default(),
             timers: TIMERS.map(|(_, kind, _)| Timer::new(kind, clocks.timers, Time::ZERO)),
@@ -178,7 +180,7 @@ impl F051 {
         let clocks = self.rcc.clocks();
         self.clocks = clocks;
         self.spi = Spi::new(clocks.pclk);
-        self.i2c = I2c::new(clocks.pclk);
+        self.restart_i2c();
         self.adc = Adc::new(clocks.pclk, clocks.hsi14, self.adc.battery_volts);
         self.dma = Dma::default();
         self.watchdog = Watchdog::new(self.rcc.lsi_hz);
@@ -190,6 +192,11 @@ impl F051 {
         }
         self.next_timer = None;
         self.pins_changed();
+    }
+
+    fn restart_i2c(&mut self) {
+        self.i2c_release = Some(self.i2c.release(self.now));
+        self.i2c = I2c::new(self.clocks.pclk);
     }
 
     /// Advances time to `now`, which is not beyond [`Self::next`]. Returns the signal that needs an
@@ -242,6 +249,17 @@ impl F051 {
     pub fn i2c_acknowledge(&mut self, acknowledged: bool, end: Time) {
         self.i2c.acknowledge(acknowledged, end);
         self.update_lines();
+    }
+
+    /// Sets if a device holds SDA of I2C2 low outside of a transfer.
+    pub fn set_i2c_held(&mut self, is_held: bool) {
+        self.i2c.set_held(is_held, self.now);
+    }
+
+    /// Returns the state of the bus of I2C2 if the program or a reset has let it go since the last
+    /// call.
+    pub fn take_i2c_release(&mut self) -> Option<BusRelease> {
+        self.i2c_release.take()
     }
 
     /// Answers I2C2 with a byte whose last bit ends at `end`.

@@ -1,17 +1,38 @@
 //! The I2C bus of touch controller and motion sensor. Both chips have registers and a register
 //! pointer, which the first byte of a write sets.
+//!
+//! A reset of the microcontroller does not reach these chips. One that was addressed at that moment
+//! waits for the clock of its transfer: with the bits of its byte, or to acknowledge one, it may hold
+//! SDA low, and then there is no start condition (UM10204 3.1.16).
 
 use bittybuzz_chips::Time;
+use bittybuzz_chips::f051::{BusAction, BusRelease};
 
 use super::device::Device;
 use super::motion::ZooidMotion;
 use super::touch::Touch;
+
+/// The bits of a byte and its acknowledgement.
+const BYTE_BITS: u64 = 9;
+
+/// A transfer without a master.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LeftOver {
+    /// The device sends these bits, of which `left` follow, and then waits for an acknowledgement.
+    Sends { bits: u8, left: u64 },
+    /// The device acknowledges after this number of bits, and after each further byte.
+    Receives { bits: u64 },
+}
 
 pub(super) struct Devices {
     pub touch: Touch,
     pub motion: ZooidMotion,
     /// Address of the device that was addressed, if it answered.
     selected: Option<u8>,
+    /// True if the addressed device sends.
+    sends: bool,
+    /// The transfer that the master left.
+    left_over: Option<LeftOver>,
     /// True if the next byte that is written is a register's number.
     points: bool,
     /// The number of times that touch controller and motion sensor were addressed.
@@ -21,7 +42,15 @@ pub(super) struct Devices {
 impl Devices {
     pub fn new() -> Self {
         let (touch, motion) = (Touch::new(), ZooidMotion::new());
-        Devices { touch, motion, selected: None, points: false, addressed: [0; 2] }
+        Devices {
+            touch,
+            motion,
+            selected: None,
+            sends: false,
+            left_over: None,
+            points: false,
+            addressed: [0; 2],
+        }
     }
 
     /// Restarts both devices, as after a loss of power.
@@ -41,7 +70,9 @@ impl Devices {
 
     /// Addresses a device, and returns true if one answers to `address`.
     pub fn start(&mut self, address: u8, read: bool, now: Time) -> bool {
+        self.left_over = None;
         self.selected = Some(address);
+        self.sends = read;
         let known = [Touch::ADDRESS, ZooidMotion::ADDRESS];
         if let Some(device) = known.iter().position(|known| *known == address) {
             self.addressed[device] += 1;
@@ -73,6 +104,48 @@ impl Devices {
 
     pub fn stop(&mut self) {
         self.selected = None;
+        self.left_over = None;
+    }
+
+    /// Leaves the devices without a master.
+    pub fn leave(&mut self, BusRelease(action): BusRelease, now: Time) {
+        if self.device().is_none() {
+            return;
+        }
+        let next = if self.sends { BusAction::Read } else { BusAction::Write(0) };
+        let (action, bits) = action.unwrap_or((next, BYTE_BITS));
+        // The last bit of a byte is its acknowledgement.
+        let before = bits.clamp(1, BYTE_BITS) - 1;
+        self.left_over = match action {
+            BusAction::Read => Some(LeftOver::Sends { bits: self.read(now), left: before }),
+            BusAction::Start { .. } | BusAction::Write(_) => {
+                Some(LeftOver::Receives { bits: before })
+            }
+            BusAction::Stop => None,
+        };
+    }
+
+    /// Returns true if a device holds SDA low.
+    pub fn holds(&self) -> bool {
+        match self.left_over {
+            Some(LeftOver::Sends { bits, left }) => left > 0 && bits >> (left - 1) & 1 == 0,
+            Some(LeftOver::Receives { bits }) => bits == 0,
+            None => false,
+        }
+    }
+
+    /// Handles a falling edge of the clock while no master has the bus. SDA is high unless a device
+    /// holds it.
+    pub fn clock(&mut self) {
+        self.left_over = match self.left_over {
+            // No master acknowledges the byte, so the device sends no other.
+            Some(LeftOver::Sends { left: 0, .. }) | None => None,
+            Some(LeftOver::Sends { bits, left }) => Some(LeftOver::Sends { bits, left: left - 1 }),
+            Some(LeftOver::Receives { bits: 0 }) => {
+                Some(LeftOver::Receives { bits: BYTE_BITS - 1 })
+            }
+            Some(LeftOver::Receives { bits }) => Some(LeftOver::Receives { bits: bits - 1 }),
+        };
     }
 }
 
@@ -103,6 +176,38 @@ mod tests {
         assert_eq!(read(&mut devices, Touch::ADDRESS, 0, 1), [0x2e]);
         assert_eq!(read(&mut devices, ZooidMotion::ADDRESS, 0x0f, 1), [0x69]);
         assert!(!devices.start(0x42, true, NOW));
+    }
+
+    /// The number of clocks until a transfer that was left no longer holds SDA, at most 20.
+    fn clocks_until_free(devices: &mut Devices, release: BusRelease) -> usize {
+        devices.leave(release, NOW);
+        (0..20).take_while(|_| devices.holds().then(|| devices.clock()).is_some()).count()
+    }
+
+    /// UM10204 3.1.16: the device releases the bus within nine clocks.
+    #[test]
+    fn a_device_that_was_left_frees_the_bus_within_nine_clocks() {
+        for bits in 1..=BYTE_BITS {
+            let mut devices = Devices::new();
+            read(&mut devices, Touch::ADDRESS, 3, 0);
+            devices.start(Touch::ADDRESS, true, NOW);
+            // The keys: no finger, eight bits of zero.
+            let release = BusRelease(Some((BusAction::Read, bits)));
+            assert_eq!(clocks_until_free(&mut devices, release), bits as usize - 1);
+
+            devices.start(Touch::ADDRESS, false, NOW);
+            let release = BusRelease(Some((BusAction::Write(0), bits)));
+            // The device holds SDA only while it acknowledges.
+            assert_eq!(clocks_until_free(&mut devices, release), usize::from(bits == 1));
+        }
+        // Between two bytes, a device that sends has put the first bit of the next one on the bus.
+        let mut devices = Devices::new();
+        read(&mut devices, Touch::ADDRESS, 3, 0);
+        devices.start(Touch::ADDRESS, true, NOW);
+        assert_eq!(clocks_until_free(&mut devices, BusRelease(None)), 8);
+        // No device is addressed.
+        devices.stop();
+        assert_eq!(clocks_until_free(&mut devices, BusRelease(None)), 0);
     }
 
     #[test]

@@ -86,6 +86,8 @@ pub struct ZooidBoard {
     /// Levels of IRQ and CHANGE.
     irq: bool,
     change: bool,
+    /// Level of SCL, as far as the program drives it.
+    scl: bool,
     spi_was_too_fast: bool,
     reset_request: Option<ResetCause>,
     /// Properties of the chip from the next reset on.
@@ -179,6 +181,21 @@ impl ZooidBoard {
         }
     }
 
+    /// Shows the devices that the master let the bus go, if it did.
+    fn release_bus(&mut self) {
+        if let Some(release) = self.f051.take_i2c_release() {
+            self.devices.leave(release, self.now);
+            self.settle_bus();
+        }
+    }
+
+    /// Applies the level that the devices give to SDA.
+    fn settle_bus(&mut self) {
+        let is_held = self.devices.holds();
+        self.f051.drive(B, I2C[1], !is_held);
+        self.f051.set_i2c_held(is_held);
+    }
+
     /// Applies the firmware's outputs to the radio's pins. A pin without a driver has no effect.
     fn settle_pins(&mut self) {
         let selected = self.f051.ports[CSN.0].pin(CSN.1) == Pin::Level(false);
@@ -191,6 +208,11 @@ impl ZooidBoard {
         }
         self.radio.set_clock(self.f051.mco_hz(), self.now);
         self.settle_radio();
+        let scl = self.f051.ports[B].pin(I2C[0]) != Pin::Level(false);
+        if scl != std::mem::replace(&mut self.scl, scl) && !scl {
+            self.devices.clock();
+            self.settle_bus();
+        }
     }
 
     fn find_next(&self) -> Option<Time> {
@@ -337,6 +359,7 @@ impl Board for ZooidBoard {
             enabled: false,
             irq: true,
             change: true,
+            scl: true,
             spi_was_too_fast: false,
             reset_request: None,
             next_chip: None,
@@ -350,6 +373,10 @@ impl Board for ZooidBoard {
             [(IRQ, true), (TOUCH_CHANGE, true), (CHARGING, true), (MOTION_INT1, false)]
         {
             board.f051.drive(port, pin, level);
+        }
+        // Resistors pull the bus up.
+        for pin in I2C {
+            board.f051.drive(B, pin, true);
         }
         for (port, pin) in PHOTODIODES {
             board.f051.drive(port, pin, false);
@@ -394,6 +421,7 @@ impl Board for ZooidBoard {
     fn write(&mut self, address: u32, width: Width, value: u32) {
         self.f051.write(address, width, value);
         let block = address >> 10;
+        self.release_bus();
         // RCC, and ports A and B.
         if matches!(block, 0x10_0084 | 0x12_0000 | 0x12_0001) {
             self.settle_pins();
@@ -434,6 +462,7 @@ impl Board for ZooidBoard {
             self.devices.restart(self.now);
             self.settle_touch();
         }
+        self.release_bus();
         self.settle_pins();
         self.observe();
         self.next = self.find_next();
