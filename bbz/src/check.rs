@@ -27,6 +27,7 @@ Examples:
   bbz check *.bzz --deny warnings        for a build that accepts no warning
   bbz check hello.bzz --fix              mend clear mistakes, then check
   bbz check - --json < hello.bzz         for editors and other programs
+  bbz check - --path src/hello.bzz < unsaved.bzz    as the text of src/hello.bzz
 
 A comment `# bbz: allow(W0102)` silences a warning on its line, or on the next line with code.
 
@@ -40,6 +41,9 @@ pub struct CheckArguments {
     /// Scripts (.bzz) or Buzz object files (.bo); `-` is a script on standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
+    /// Path of the script on standard input, for messages and included files; the file is not read
+    #[arg(long, value_name = "FILE.bzz")]
+    path: Option<PathBuf>,
     #[command(flatten)]
     selection: SelectionArguments,
     /// Folder to search for included files; may be given several times
@@ -84,8 +88,23 @@ struct CheckReport {
     first: Option<DiagnosticCode>,
 }
 
+/// `--path` without a script on standard input, or with other files.
+#[derive(Debug, thiserror::Error)]
+#[error("--path is the path of the script on standard input, and nothing else may be checked then")]
+struct PathOfFiles;
+
+impl Problem for PathOfFiles {
+    fn help(&self) -> Option<String> {
+        Some("`bbz check - --path FILE.bzz` reads the script from standard input".to_owned())
+    }
+}
+
 /// Carries out the command.
 pub fn execute(arguments: &CheckArguments) -> Result<ExitStatus, Box<dyn Problem>> {
+    let is_input = |files: &[PathBuf]| matches!(files, [file] if program::is_standard_input(file));
+    if arguments.path.is_some() && !is_input(&arguments.files) {
+        return Err(PathOfFiles.into());
+    }
     let selection = arguments.selection.select()?;
     let mut found =
         CheckReport { objects: Vec::new(), errors: 0, warnings: 0, denied: 0, first: None };
@@ -120,7 +139,10 @@ fn check(
     found: &mut CheckReport,
 ) -> Result<(), Box<dyn Problem>> {
     let kind = InputKind::of(path)?;
-    let compile = || program::compiled(path, kind, &arguments.include, selection);
+    let compile = || match &arguments.path {
+        Some(name) => Ok(program::compiled_from_input(name, &arguments.include, selection)),
+        None => program::compiled(path, kind, &arguments.include, selection),
+    };
     let mut compiled = compile()?;
     if arguments.fix {
         let mended = fix::mend(path, &compiled.sources, &compiled.diagnostics)?;

@@ -19,6 +19,10 @@ const SLICE: u16 = 50_000;
 /// Slices that the running entry, and then `destroy()`, still get after Ctrl-C.
 const LAST_SLICES: usize = 4;
 
+/// Instructions after which an entry counts as endless, in a run with a number of steps. This computer
+/// executes them within seconds, a Crazyflie within a minute.
+pub const INSTRUCTIONS_MAX: u32 = 100_000_000;
+
 /// The settings of a run.
 pub struct RunSettings {
     pub id: u16,
@@ -56,6 +60,8 @@ pub enum RunEnd {
     Fault(Fault),
     /// Ctrl-C ended an entry that did not end by itself.
     Interrupted,
+    /// An entry of a run with a number of steps did not end by itself.
+    Endless,
     /// The reader of the output has closed it.
     OutputClosed,
 }
@@ -89,7 +95,9 @@ pub fn drive<P: Profile>(
     vm.set_robot_id(settings.id, settings.seed);
     let neighbors = &settings.neighbors;
     let checker = settings.checker.clone();
-    let mut run = Run { vm, host, interrupt, neighbors, entry: Entry::Global, checker, steps: 0 };
+    let slices_max = settings.steps.map(|_| INSTRUCTIONS_MAX / u32::from(SLICE));
+    let entry = Entry::Global;
+    let mut run = Run { vm, host, interrupt, neighbors, entry, checker, steps: 0, slices_max };
     let mut end = run.all(settings);
     if end == RunEnd::Interrupted {
         end = run.last_words();
@@ -98,7 +106,7 @@ pub fn drive<P: Profile>(
     let Run { vm, entry, checker, steps, .. } = run;
     let memory = match &end {
         RunEnd::Fault(fault) => ScriptMemory::after(fault, &*vm, settings.slots),
-        RunEnd::Complete | RunEnd::Interrupted | RunEnd::OutputClosed => None,
+        RunEnd::Complete | RunEnd::Interrupted | RunEnd::Endless | RunEnd::OutputClosed => None,
     };
     Ok(Ended { end, positions: vm.calls().collect(), entry, steps, checker, memory })
 }
@@ -113,6 +121,8 @@ struct Run<'a, 'h, 'i, P: Profile> {
     checker: Option<MachineChecker>,
     /// The number of steps that were started.
     steps: u64,
+    /// The most slices of an entry; `None` for any number.
+    slices_max: Option<u32>,
 }
 
 impl<P: Profile> Run<'_, '_, '_, P> {
@@ -182,7 +192,12 @@ impl<P: Profile> Run<'_, '_, '_, P> {
         if !self.begin(entry) {
             return Ok(false);
         }
+        let mut slices = 0;
         loop {
+            slices += 1;
+            if self.slices_max.is_some_and(|most| slices > most) {
+                return Err(RunEnd::Endless);
+            }
             match self.slice() {
                 Outcome::Done => {
                     self.look_up()?;

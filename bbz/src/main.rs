@@ -36,6 +36,7 @@ mod json;
 mod manual;
 mod memory;
 mod messages;
+mod new;
 mod operand;
 mod output;
 mod probe_rs;
@@ -53,6 +54,7 @@ mod trace;
 #[cfg(feature = "view")]
 mod view;
 mod whole_file;
+mod world;
 
 use std::process::ExitCode;
 
@@ -64,10 +66,12 @@ use problem::Problem;
 
 const EXAMPLES: &str = "\
 Examples:
+  bbz new flock --robot kilobot          make a folder with a script and a scenario to begin with
   bbz run hello.bzz                      run a script on this computer
   bbz check hello.bzz --robot kilobot    find mistakes without running it
   bbz build hello.bzz --robot kilobot    make the image that the robot runs
   bbz sim swarm.toml                     simulate the robots of a scenario
+  bbz sim hello.bzz --robot kilobot --count 20    or of a script without one
   bbz flash hello.bzz --robot crazyflie  write it to the robot
   bbz trace robot.elf --robot crazyflie --script hello.bzz    print its log and errors
   bbz robots kilobot                     list what a script can call on a robot
@@ -85,6 +89,8 @@ struct CommandLine {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Make a folder with a script, a scenario and a README that run
+    New(new::NewArguments),
     /// Find the mistakes of a script
     Check(check::CheckArguments),
     /// Make the image that a robot runs
@@ -139,6 +145,7 @@ fn main() -> ExitCode {
 /// Carries out a command.
 fn execute(command: &Command) -> Result<ExitStatus, Box<dyn Problem>> {
     match command {
+        Command::New(arguments) => new::execute(arguments),
         Command::Check(arguments) => check::execute(arguments),
         Command::Build(arguments) => build::execute(arguments),
         Command::Run(arguments) => run::execute(arguments),

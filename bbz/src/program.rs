@@ -303,12 +303,22 @@ pub fn compiled(
     }
 }
 
+/// Compiles the script on standard input as if it were the text of the file at `name`, which need not
+/// exist: messages name it, and its folder is searched for included files.
+pub fn compiled_from_input(name: &Path, include: &[PathBuf], selection: &RobotChoice) -> Compiled {
+    compile::compile_parsed(parsed_from_input(name, include), &selection.options())
+}
+
 /// Parses a script with all its includes.
 pub fn parsed(path: &Path, include: &[PathBuf]) -> Parsed {
     match is_standard_input(path) {
-        true => parser::parse_file(Path::new(STANDARD_INPUT), &loader(&StandardInput, include)),
+        true => parsed_from_input(Path::new(STANDARD_INPUT), include),
         false => parser::parse_file(path, &loader(&DiskFiles, include)),
     }
+}
+
+fn parsed_from_input(name: &Path, include: &[PathBuf]) -> Parsed {
+    parser::parse_file(name, &loader(&StandardInput { name }, include))
 }
 
 /// Returns a loader that searches included files in the folders of `-I`, those of the environment,
@@ -333,11 +343,14 @@ pub fn is_standard_input(path: &Path) -> bool {
 }
 
 /// The script on standard input, which includes files from disk.
-struct StandardInput;
+struct StandardInput<'a> {
+    /// The path of the script.
+    name: &'a Path,
+}
 
-impl Files for StandardInput {
+impl Files for StandardInput<'_> {
     fn read(&self, path: &Path, most: usize) -> io::Result<Vec<u8>> {
-        if path != Path::new(STANDARD_INPUT) {
+        if path != self.name {
             return DiskFiles.read(path, most);
         }
         let mut bytes = Vec::new();
@@ -346,7 +359,7 @@ impl Files for StandardInput {
     }
 
     fn kind(&self, path: &Path) -> io::Result<FileKind> {
-        match path == Path::new(STANDARD_INPUT) {
+        match path == self.name {
             true => Ok(FileKind::Stream),
             false => DiskFiles.kind(path),
         }

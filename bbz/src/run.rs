@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 use crate::backtrace::Backtrace;
 use crate::checks::CheckFindings;
 use crate::costs;
-use crate::drive::{self, Ended, InSight, RunEnd, RunSettings, SLOTS};
+use crate::drive::{self, Ended, INSTRUCTIONS_MAX, InSight, RunEnd, RunSettings, SLOTS};
 use crate::exit::ExitStatus;
 use crate::fault;
 use crate::host::{HostClock, HostRobot};
@@ -39,7 +39,7 @@ const SIZES_MAX: Sizes = Sizes { neighbors: 255, bearings: true, entries: 100, s
 const EXAMPLES: &str = "\
 Examples:
   bbz run hello.bzz                      global code and init(), then step() at 10 Hz until Ctrl-C
-  bbz run hello.bzz --steps 100          100 steps at full speed
+  bbz run hello.bzz --steps 100          100 steps at full speed; a step without end is an error
   bbz run hello.bzz --steps 9 --destroy  9 steps, then destroy()
   bbz run blink.bzz --robot kilobot      with functions, profile and memory of the Kilobot
   bbz run near.bzz --neighbor 2,50,0.7,0  with robot 2 in sight: 50 mm away, 0.7 rad to the left, level
@@ -106,6 +106,18 @@ fn neighbor(text: &str) -> Result<InSight, String> {
     Ok(InSight { id, place: numbers })
 }
 
+/// Returns the message about an entry that did not end.
+fn endless(entry: Entry, steps: u64) -> String {
+    let place = match entry {
+        Entry::Global => "the global code".to_owned(),
+        Entry::Init => "`init()`".to_owned(),
+        Entry::Step => format!("step {steps}"),
+        Entry::Reset => "`reset()`".to_owned(),
+        Entry::Destroy => "`destroy()`".to_owned(),
+    };
+    format!("{place} did not end within {} million instructions", INSTRUCTIONS_MAX / 1_000_000)
+}
+
 /// Carries out the command.
 pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let selection = arguments.selection.select()?;
@@ -166,18 +178,22 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>>
         let (ended, fault) = match &end {
             RunEnd::Complete | RunEnd::OutputClosed => ("complete", Value::Null),
             RunEnd::Interrupted => ("interrupted", Value::Null),
+            RunEnd::Endless => ("endless", Value::Null),
             RunEnd::Fault(fault) => {
                 ("fault", fault::json(fault, &program, &backtrace, refusal.as_deref()))
             }
         };
         let mut object = json!({ "ended": ended, "steps": steps, "fault": fault });
+        if end == RunEnd::Endless {
+            object["calls"] = backtrace.places().into();
+        }
         if let Some(checked) = checked {
             object["checks"] = checked.json();
         }
         host.output.plain(object.to_string().as_bytes());
         host.output.finish()?;
         return Ok(match end {
-            RunEnd::Fault(_) => ExitStatus::RuntimeError,
+            RunEnd::Fault(_) | RunEnd::Endless => ExitStatus::RuntimeError,
             RunEnd::Complete | RunEnd::OutputClosed | RunEnd::Interrupted => ExitStatus::Success,
         });
     }
@@ -188,6 +204,14 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>>
             let title = Level::NOTE.primary_title(format!("stopped by {}", interrupt::NAME));
             report::print(Group::with_title(title).elements(backtrace.elements()));
             ExitStatus::Success
+        }
+        RunEnd::Endless => {
+            let title = Level::ERROR.primary_title(endless(entry, steps));
+            let help = Level::HELP.message(
+                "a loop needs a condition that becomes false; without --steps, Ctrl-C ends it",
+            );
+            report::print(Group::with_title(title).elements(backtrace.elements()).element(help));
+            ExitStatus::RuntimeError
         }
         RunEnd::Fault(fault) => {
             let step = (entry == Entry::Step).then(|| format!("in step {steps}"));

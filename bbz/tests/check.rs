@@ -92,6 +92,29 @@ fn standard_input_is_a_script() {
 }
 
 #[test]
+fn standard_input_may_have_the_path_of_a_file() {
+    let folder = Folder::new("check_path");
+    std::fs::create_dir(folder.path("src")).unwrap();
+    folder.write("src/near.bzz", "function near() { return 1 }\n");
+    folder.write("src/s.bzz", "this is the text on disk");
+    let check = |script: &str, arguments: &[&str]| {
+        let mut command = folder.command(&[&["check"], arguments].concat());
+        let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(script.as_bytes()).unwrap();
+        support::finish(child)
+    };
+    let includes = "include \"near.bzz\"\nlog(near())";
+    check(includes, &["-", "--path", "src/s.bzz"]).succeeds_with("");
+    check(includes, &["-", "--path", "src/unsaved.bzz"]).succeeds_with("");
+    check(includes, &["-"]).fails_with(2, &["E0301"]);
+    check(WRONG, &["-", "--path", "src/s.bzz"]).fails_with(2, &["src/s.bzz:1:5", "E0403"]);
+    let json = check(WRONG, &["-", "--json", "--path", "src/s.bzz"]);
+    assert!(json.stdout.contains("\"src/s.bzz\""), "{}", json.stdout);
+    check("", &["src/s.bzz", "--path", "src/s.bzz"]).fails_with(3, &["--path", "bbz check -"]);
+    check("", &["-", "-", "--path", "src/s.bzz"]).fails_with(3, &["--path"]);
+}
+
+#[test]
 fn fix_corrects_unambiguous_mistakes() {
     let folder = Folder::with(
         "check_fix",

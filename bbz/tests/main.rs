@@ -15,6 +15,7 @@ mod flash_kilobot;
 mod grade;
 mod guide;
 mod interrupt;
+mod new;
 mod object;
 mod own_robot;
 mod probe;

@@ -286,6 +286,41 @@ fn examples_of_run_time_errors_give_the_code_that_they_explain() {
 }
 
 #[test]
+fn an_entry_without_end_is_an_error_in_a_run_with_steps() {
+    let folder = Folder::new("endless");
+    let cases = [
+        ("while(1) { }\n", "the global code", "s.bzz:1:"),
+        ("function init() {\n  while(1) { }\n}\n", "`init()`", "s.bzz:2:"),
+        (
+            "n = 0\nfunction f() { while(n == 2) { } }\nfunction step() {\n  n = n + 1\n  f()\n}\n",
+            "step 2",
+            "s.bzz:5:",
+        ),
+    ];
+    for (script, entry, place) in cases {
+        folder.write("s.bzz", script);
+        let outcome = folder.bbz(&["run", "s.bzz", "--steps", "5"]);
+        outcome.fails_with(
+            1,
+            &[&format!("{entry} did not end within 100 million instructions"), place],
+        );
+    }
+    let json = folder.bbz(&["run", "s.bzz", "--steps", "5", "--json"]);
+    assert_eq!(json.status, Some(1));
+    let last = json.stdout.lines().last().unwrap();
+    let last: serde_json::Value = serde_json::from_str(last).unwrap();
+    assert_eq!(last["ended"], "endless");
+    assert_eq!(last["steps"], 2);
+    assert_eq!(last["calls"][0]["line"], 2);
+    // A long step that ends is no error, and a wait takes no instructions.
+    folder.write(
+        "s.bzz",
+        "function step() { for(i = 0, i < 300000, i = i + 1) { } delay(1000000) log(i) }\n",
+    );
+    folder.bbz(&["run", "s.bzz", "--steps", "2"]).succeeds_with("300000\n300000\n");
+}
+
+#[test]
 fn help_is_about_the_operand_that_is_wrong() {
     let with_nil = run("help_nil", "x = nil\nlog(1 + x)\n", &[]);
     with_nil.fails_with(1, &["never assigned is nil"]);

@@ -13,6 +13,7 @@ const EXAMPLES: &str = "\
 Examples:
   bbz sim swarm.toml                     run it: log lines, then a summary
   bbz sim swarm.toml --view              show it in a page, and steer it there
+  bbz sim hello.bzz --robot kilobot --count 20 --view    a script without a scenario: 20 robots on a square
   bbz sim swarm.toml --view --edit       the page may also write its scripts
   bbz sim swarm.toml --seed 7            the same world with other chance
   bbz sim swarm.toml --svg pictures      draw trajectories, and what [output] names over time
@@ -33,8 +34,14 @@ or a script does not compile, 3 wrong command line or file, 130 many runs were s
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SimArguments {
-    /// Scenario (*.toml)
+    /// Scenario (*.toml), or with --robot a script
     pub(super) scenario: PathBuf,
+    /// Robot of a script without a scenario: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
+    #[arg(long, value_name = "NAME|PATH.toml")]
+    pub(super) robot: Option<String>,
+    /// Number of robots of a script without a scenario [default: 10]
+    #[arg(long, value_name = "N", requires = "robot", value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    pub(super) count: Option<u32>,
     /// Seed of all chance [default: that of the scenario]
     #[arg(long, value_name = "N")]
     pub(super) seed: Option<u32>,

@@ -27,6 +27,7 @@ use crate::problem::Problem;
 use crate::report;
 use crate::shell;
 use crate::whole_file;
+use crate::world;
 
 use super::arguments::{SEED, SimArguments};
 use super::journal::{self, Finished, Journal, Metrics};
@@ -377,6 +378,10 @@ fn print_failures(arguments: &SimArguments, runs: &[BatchRun], ends: &Ends) {
 fn command(arguments: &SimArguments, run: &BatchRun) -> String {
     let mut call = Command::new("bbz");
     call.arg("sim").arg(&arguments.scenario);
+    if let Some(robot) = &arguments.robot {
+        let count = arguments.count.unwrap_or(world::COUNT);
+        call.args(["--robot", robot]).args(["--count", &count.to_string()]);
+    }
     let settings = run.variant.settings.iter().filter(|setting| parts(setting).0 != SEED);
     settings.for_each(|setting| {
         call.arg("--set").arg(setting);

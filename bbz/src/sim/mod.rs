@@ -9,6 +9,7 @@ mod live;
 mod open;
 mod progress;
 mod recorder;
+mod source;
 mod summary;
 mod table;
 #[cfg(feature = "view")]

@@ -7,10 +7,8 @@ use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_arena::run;
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
-use bittybuzz_toml_reader::file;
 
 use crate::emulator;
-use crate::file_error::FileError;
 use crate::messages;
 use crate::problem::Problem;
 use crate::program::LoadedProgram;
@@ -19,6 +17,7 @@ use crate::selection::RobotChoice;
 use crate::whole_file::Inputs;
 
 use super::arguments::SimArguments;
+use super::source::{self, ScenarioText};
 
 /// `--emulator` names one program, but the robots need several.
 #[derive(Debug, thiserror::Error)]
@@ -33,7 +32,7 @@ impl Problem for SeveralEmulators {
 
 /// A scenario and its programs.
 pub struct Opened {
-    path: PathBuf,
+    pub path: PathBuf,
     /// The text of the scenario.
     #[cfg(feature = "view")]
     pub text: String,
@@ -49,11 +48,8 @@ pub struct Opened {
 /// Reads a scenario with the values of `--set`, and compiles its scripts. Prints mistakes, and
 /// returns `None` if there are any.
 pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, Box<dyn Problem>> {
-    let SimArguments { scenario: path, include, .. } = arguments;
-    // An unreadable file is a mistake of the command line; wrong content is a mistake of the
-    // scenario.
-    let text = file::read_text(path, file::TEXT_BYTES_MAX)
-        .map_err(|error| FileError::reading(path, error))?;
+    let SimArguments { include, .. } = arguments;
+    let ScenarioText { path, text } = source::read(arguments)?;
     let folder = path.parent().expect("a path of a file that was read has a name");
     let scenario = match Scenario::parse(
         &text,
@@ -98,7 +94,7 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
     };
     let emulators = models.iter().map(program).collect();
     Ok(Some(Opened {
-        path: path.clone(),
+        path,
         #[cfg(feature = "view")]
         text,
         scenario: Arc::new(scenario),

@@ -35,7 +35,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
     let seed = arguments.seed.map(|seed| format!("{SEED}={seed}"));
     let values = set.iter().chain(&seed).map(String::as_str);
     let text = values::put_all(&opened.text, values).map_err(NoPlace)?;
-    let desk = Desk::new(&arguments.scenario, &arguments.include, arguments.edit);
+    let desk = Desk::new(&opened.path, &arguments.include, arguments.edit);
     let setup = Arc::new(setup.with_compiler(desk.compiler()));
     let seed = arguments.seed.unwrap_or(opened.scenario.world.seed);
     let simulation = match Simulation::new(setup, seed, 0) {

@@ -1,0 +1,144 @@
+//! `bbz new`: writes a script, a scenario and a README that run.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use bittybuzz_robot_files::find;
+use bittybuzz_robot_spec::Robot;
+use clap::Args;
+
+use crate::exit::ExitStatus;
+use crate::file_error::FileError;
+use crate::output;
+use crate::problem::Problem;
+use crate::whole_file;
+use crate::world;
+
+const EXAMPLES: &str = "\
+Examples:
+  bbz new flock --robot kilobot          a folder flock with flock.bzz, flock.toml and README.md
+  bbz sim flock/flock.toml --view        then show it in a page
+
+Exit status: 0, or 3 wrong command line or file.";
+
+/// Arguments of `bbz new`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct NewArguments {
+    /// Folder to make; its last part is the name of the files
+    name: PathBuf,
+    /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
+    #[arg(long, value_name = "NAME|PATH.toml")]
+    robot: String,
+}
+
+/// A folder that cannot be the new one.
+#[derive(Debug, thiserror::Error)]
+enum NewError {
+    #[error("`{0}` exists already")]
+    Exists(PathBuf),
+    #[error("`{0}` names no folder to make")]
+    NoName(PathBuf),
+}
+
+impl Problem for NewError {
+    fn help(&self) -> Option<String> {
+        Some("give the name of a folder that does not exist, such as `flock`".to_owned())
+    }
+}
+
+/// Carries out the command.
+pub fn execute(arguments: &NewArguments) -> Result<ExitStatus, Box<dyn Problem>> {
+    let folder = arguments.name.as_path();
+    let name = folder.file_name().and_then(|name| name.to_str());
+    let name = name.ok_or_else(|| NewError::NoName(folder.to_owned()))?;
+    let robot = find(&arguments.robot)?;
+    let reference = world::reference(&arguments.robot, folder)
+        .map_err(|error| FileError::reading(Path::new(&arguments.robot), error))?;
+    if folder.exists() {
+        return Err(NewError::Exists(folder.to_owned()).into());
+    }
+    fs::create_dir_all(folder).map_err(|error| FileError::writing(folder, error))?;
+    let script = format!("{name}.bzz");
+    for (file, text) in [
+        (script.clone(), script_text(&robot).to_owned()),
+        (format!("{name}.toml"), scenario_text(&robot, &reference, &script)),
+        ("README.md".to_owned(), readme(name, &reference)),
+    ] {
+        whole_file::write(&folder.join(file), text.as_bytes())?;
+    }
+    let shown = folder.display();
+    output::write(&format!("made {shown}: try `bbz sim {shown}/{name}.toml --view`\n"))?;
+    Ok(ExitStatus::Success)
+}
+
+fn script_text(robot: &Robot) -> &'static str {
+    if world::has_neighbors(robot) {
+        "\
+# The robots find the greatest of their ids: each remembers the greatest that it has heard, and passes it on.
+
+function init() {
+  greatest = id
+  neighbors.listen(\"greatest\", function(topic, value, robot) {
+    if(value > greatest) {
+      greatest = value
+      log(\"heard of robot \", value)
+    }
+  })
+}
+
+function step() {
+  neighbors.broadcast(\"greatest\", greatest)
+}
+"
+    } else {
+        "\
+# The robot counts its steps.
+
+function init() {
+  count = 0
+}
+
+function step() {
+  count = count + 1
+  if(count % 10 == 0) log(count)
+}
+"
+    }
+}
+
+fn scenario_text(robot: &Robot, reference: &str, script: &str) -> String {
+    let scenario = world::scenario(robot, reference, script, world::COUNT);
+    let expected = if world::has_neighbors(robot) {
+        // Ids count from 0.
+        format!(
+            "# All robots agree on the greatest id.\n[[expect]]\nwithin = {}\n\
+             value = \"global.greatest\"\nof = \"min\"\nequals = {}\n",
+            world::SECONDS,
+            world::COUNT - 1
+        )
+    } else {
+        format!(
+            "[[expect]]\nat = {}\nvalue = \"global.count\"\nof = \"min\"\nabove = 0\n",
+            world::SECONDS
+        )
+    };
+    format!("# The robots of {script}; docs/scenario.md has all keys.\n\n{scenario}\n{expected}")
+}
+
+/// Returns a README with the commands that a user needs next, from the new folder.
+fn readme(name: &str, robot: &str) -> String {
+    let lines = [
+        (format!("bbz check {name}.bzz --robot {robot}"), "find mistakes"),
+        (format!("bbz sim {name}.toml"), "run the scenario, which is also a test"),
+        (
+            format!("bbz sim {name}.toml --view --edit"),
+            "watch it in a page, and change the script there",
+        ),
+        (format!("bbz robots {robot}"), "the functions that a script can call"),
+        ("bbz guide".to_owned(), "language, functions and commands as one page"),
+    ];
+    let width = lines.iter().map(|(command, _)| command.len()).max().unwrap_or(0);
+    let lines = lines.map(|(command, purpose)| format!("{command:width$}  # {purpose}\n"));
+    format!("# {name}\n\n```sh\n{}```\n", lines.concat())
+}
