@@ -142,6 +142,7 @@ codes! {
     ManyStigmergies = "W0225", "a stigmergy whose entries take several frames";
     OneSidedConflict = "W0226", "a conflict handler that always returns the same side";
     LongInStep = "W0227", "a message of several frames in every step";
+    UnknownFunctionUnused = "W0228", "a call of an unknown function where nothing runs";
     ImpossibleOperation = "W0301", "an operation that always fails";
     DivisionByZero = "W0302", "a division by zero";
     ShiftCount = "W0303", "a shift by an impossible count";

@@ -76,26 +76,21 @@ impl Checker<'_> {
         let robots = self.meanings.robots();
         let others = robots.elsewhere(text);
         if let Some(robot) = robots.target.filter(|_| !others.is_empty()) {
+            let message = format!("the {} has no function `{text}`", robot.title);
             self.report(
-                Diagnostic::new(
-                    DiagnosticCode::MissingRobotFunction,
-                    span,
-                    format!("the {} has no function `{text}`", robot.title),
-                )
-                .label("not on this robot")
-                .help(format!(
-                    "{}: a script for unlike robots calls it under `if({text}) {{ ... }}`",
-                    who_has_it(&others)
-                )),
+                self.unknown_function(DiagnosticCode::MissingRobotFunction, span, message)
+                    .label("not on this robot")
+                    .help(format!(
+                        "{}: a script for unlike robots calls it under `if({text}) {{ ... }}`",
+                        who_has_it(&others)
+                    )),
             );
             return;
         }
-        let mut diagnostic = Diagnostic::new(
-            DiagnosticCode::UnknownFunction,
-            span,
-            format!("there is no function `{text}`"),
-        )
-        .label("nothing defines this name");
+        let message = format!("there is no function `{text}`");
+        let mut diagnostic = self
+            .unknown_function(DiagnosticCode::UnknownFunction, span, message)
+            .label("nothing defines this name");
         if let Some(advice) = self.likely_name(text) {
             diagnostic = advice.give(diagnostic, span);
         }
@@ -160,12 +155,11 @@ impl Checker<'_> {
             LibraryMember::Known(_) if !is_complete(args) => {}
             LibraryMember::Known(info) => self.check_builtin_call(info, args, span),
             LibraryMember::Absent if !self.may_be_member(library, key) => {
-                let mut diagnostic = Diagnostic::new(
-                    DiagnosticCode::UnknownMemberCalled,
-                    key_span,
-                    format!("`{}` has no function `{key}`", suggest::library_path(library)),
-                )
-                .label("does not exist");
+                let message =
+                    format!("`{}` has no function `{key}`", suggest::library_path(library));
+                let mut diagnostic = self
+                    .unknown_function(DiagnosticCode::UnknownMemberCalled, key_span, message)
+                    .label("does not exist");
                 diagnostic.help = suggest::for_member(library, key, self.meanings.robots());
                 self.report(diagnostic);
             }

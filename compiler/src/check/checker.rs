@@ -7,10 +7,13 @@ use std::collections::BTreeSet;
 use bittybuzz_vm_core::builtin::Library;
 
 use crate::check::names::Meanings;
+use crate::check::reach;
 use crate::check::suggest::{self, Advice};
 use crate::check::tree::{FunctionId, NameId, ResolvedScript};
+use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::profile::NumberProfile;
+use crate::source::Span;
 
 /// The state of the checks of expressions.
 pub struct Checker<'a> {
@@ -19,6 +22,8 @@ pub struct Checker<'a> {
     pub profile: NumberProfile,
     /// The function that is being visited.
     pub function: FunctionId,
+    /// The functions that may run.
+    running: BTreeSet<FunctionId>,
     pub diagnostics: Vec<Diagnostic>,
     /// Names that are certainly not nil at the current place, because a condition around it tests
     /// them.
@@ -45,6 +50,7 @@ impl<'a> Checker<'a> {
             meanings,
             profile,
             function: FunctionId::GLOBAL,
+            running: reach::running(program),
             diagnostics: Vec::new(),
             guarded: Vec::new(),
             reported: BTreeSet::new(),
@@ -55,6 +61,22 @@ impl<'a> Checker<'a> {
     /// Adds a diagnostic.
     pub fn report(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
+    }
+
+    /// Returns a diagnostic about a call of a function that does not exist. It is only a warning in a
+    /// function that nothing calls: published libraries have such functions, and the scripts that
+    /// include them run.
+    pub fn unknown_function(
+        &self,
+        code: DiagnosticCode,
+        span: Span,
+        message: String,
+    ) -> Diagnostic {
+        if self.running.contains(&self.function) {
+            return Diagnostic::new(code, span, message);
+        }
+        let message = format!("{message}; nothing calls the function around it");
+        Diagnostic::new(DiagnosticCode::UnknownFunctionUnused, span, message)
     }
 
     /// Returns a suggestion for a name that nothing defines.

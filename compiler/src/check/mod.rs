@@ -12,6 +12,7 @@ mod forgotten;
 pub mod missing;
 pub mod names;
 mod overflow;
+mod reach;
 pub mod resolve;
 pub mod robots;
 mod shadowing;

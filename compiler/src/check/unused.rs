@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::ast::UnaryOp;
 use crate::check::entries::meant_entry;
 use crate::check::names::{Meaning, Meanings, offered};
+use crate::check::reach::has_entry;
 use crate::check::tree::{
     CheckedBranch, CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, LocalId,
     LocalKind, NameId, ResolvedScript, children,
@@ -93,11 +94,7 @@ fn unused_parameter(name: &str, span: Span) -> Diagnostic {
 /// Returns warnings about functions of the main script that nothing mentions. A file without an
 /// entry point is a library or a first trial and gets no warning.
 fn unused_functions(program: &ResolvedScript) -> Vec<Diagnostic> {
-    let has_entry = program.names.iter().any(|name| {
-        ENTRIES.contains(&name.text.as_str())
-            && (!name.definitions.is_empty() || !name.writes.is_empty())
-    });
-    if !has_entry {
+    if !has_entry(program) {
         return Vec::new();
     }
     let unused = program.names.iter().filter(|name| {

@@ -261,7 +261,7 @@ impl Checker<'_> {
                     "a robot has no files: there is no `io`",
                 )
                 .label("does not exist")
-                .help("to print values, call `log(...)`"),
+                .help("to print values, call `log(...)`; `bbz sim` writes tables of values with `--csv`, and all that robots do with `--record`"),
             );
             return;
         }

@@ -156,6 +156,8 @@ const CASES: &[(&str, &str, &str)] = &[
         "W0227",
         "neighbors.broadcast(\"k\", { .a = 1, .b = 2, .c = 3, .d = 4 })",
     ),
+    ("function _f() { g() } function step() { log(1) }", "W0228", "g"),
+    ("function _f() { return math.atan2(1, 2) } function init() { log(1) }", "W0228", "atan2"),
     ("v = stigmergy.create(\"vs\")", "W0306", "\"vs\""),
     ("s = swarm.create(\"red\")", "W0306", "\"red\""),
     ("x = math.abs(\"1\")", "W0306", "\"1\""),
@@ -270,6 +272,48 @@ fn correct_scripts_have_no_diagnostics() {
     for script in scripts {
         assert_eq!(messages(script), [], "{script}");
     }
+}
+
+/// The unknown function is called in `_f`. What reaches `_f` decides between error and warning.
+#[test]
+fn an_unknown_function_is_an_error_only_where_code_runs() {
+    let runs = [
+        "_f()",
+        "function step() { _f() }",
+        "function g() { _f() } function init() { log(1) } function destroy() { g() }",
+        "function step() { t = { .f = _f } }",
+        "function step() { neighbors.listen(\"k\", _f) }",
+        "function go() { _f() } function init() { step = go }",
+        "function init() { foreach({}, function(k, v) { log(k, v) _f() }) }",
+        "step = function() { return function() { _f() } }",
+        // A file without an entry point may be a library.
+        "",
+    ];
+    let does_not_run = [
+        "function step() { log(1) }",
+        "function _g() { _f() } function step() { log(1) }",
+        "function _g() { return function() { _f() } } function init() { log(1) }",
+        "function _g() { _f() } function _h() { _g() } function step() { log(1) }",
+    ];
+    for unknown in ["nosuch(1)", "math.nosuch(1)"] {
+        let messages_of = |rest: &str| {
+            let script = format!("function _f() {{ {unknown} }} {rest}");
+            let compiled = build(&script, FULL);
+            let codes: Vec<_> =
+                compiled.diagnostics.iter().map(|found| found.code.text()).collect();
+            (codes, compiled.image.is_some())
+        };
+        let code = if unknown.starts_with("math") { "E0410" } else { "E0401" };
+        for rest in runs {
+            assert_eq!(messages_of(rest), (vec![code], false), "{unknown}: {rest}");
+        }
+        for rest in does_not_run {
+            assert_eq!(messages_of(rest), (vec!["W0228"], true), "{unknown}: {rest}");
+        }
+    }
+    // There are no files anywhere.
+    let io = build("function _f() { io.fopen(\"a\", \"w\") } function step() { log(1) }", FULL);
+    assert_eq!(io.diagnostics[0].code.text(), "E0409");
 }
 
 #[test]
