@@ -1,8 +1,12 @@
-//! The functions that may run: those that the global code or an entry point reaches by their names.
+//! The functions that may run: those that the global code or an entry point reaches by their names,
+//! or by the names of the fields in which they are.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::check::tree::{CheckedExprKind, FunctionId, NameId, ResolvedScript, each_expr};
+use crate::check::tree::{
+    CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, NameId, ResolvedScript,
+    children, each_stmt,
+};
 use crate::image::ENTRIES;
 
 /// Returns true if the script defines or assigns an entry point. A file without one is a library or a
@@ -20,24 +24,145 @@ pub fn running(program: &ResolvedScript) -> BTreeSet<FunctionId> {
     if !has_entry(program) || program.hidden.is_any() {
         return (0..program.functions.len()).map(FunctionId).collect();
     }
-    let mut running = BTreeSet::new();
-    let entries = ENTRIES.iter().filter_map(|entry| program.find_name(entry));
-    let mut waiting: Vec<FunctionId> = entries.flat_map(|name| named(program, name)).collect();
-    waiting.push(FunctionId::GLOBAL);
-    while let Some(id) = waiting.pop() {
-        if !running.insert(id) {
-            continue;
+    let mut reach = Reach {
+        program,
+        passed_on: passed_on(program),
+        running: BTreeSet::new(),
+        waiting: vec![FunctionId::GLOBAL],
+        keys: BTreeSet::new(),
+        members: BTreeMap::new(),
+    };
+    ENTRIES.iter().filter_map(|entry| program.find_name(entry)).for_each(|name| reach.name(name));
+    while let Some(id) = reach.waiting.pop() {
+        if reach.running.insert(id) {
+            each_stmt(&program.function(id).body, &mut |stmt| reach.stmt(stmt));
         }
-        each_expr(&program.function(id).body, &mut |expr| match expr.kind {
-            CheckedExprKind::Name(name) => waiting.extend(named(program, name)),
-            CheckedExprKind::Lambda(lambda) => waiting.push(lambda),
-            _ => {}
-        });
     }
-    running
+    reach.running
 }
 
-/// Returns the functions of that name.
-fn named(program: &ResolvedScript, name: NameId) -> impl Iterator<Item = FunctionId> + use<'_> {
-    program.name(name).definitions.iter().map(|(id, _)| *id)
+/// The globals whose tables are used otherwise than by the names of fields, so that nothing is known
+/// about the fields that are read; `None` stands for all of them.
+fn passed_on(program: &ResolvedScript) -> Option<BTreeSet<NameId>> {
+    let mut names = BTreeSet::new();
+    let mut has_self = false;
+    for function in &program.functions {
+        each_stmt(&function.body, &mut |stmt| {
+            for expr in expressions(stmt) {
+                whole(expr, &mut |value| match value.kind {
+                    CheckedExprKind::Name(name) => drop(names.insert(name)),
+                    // A call of a field passes its table.
+                    CheckedExprKind::SelfValue => has_self = true,
+                    _ => {}
+                });
+            }
+        });
+    }
+    (!has_self).then_some(names)
+}
+
+/// Calls `visit` for the expression and those in it, except for names and `self` of which a field is
+/// named.
+fn whole<'a>(expr: &'a CheckedExpr, visit: &mut dyn FnMut(&'a CheckedExpr)) {
+    visit(expr);
+    children(expr, |child| {
+        let is_named = matches!(expr.kind, CheckedExprKind::Field { .. })
+            && matches!(child.kind, CheckedExprKind::Name(_) | CheckedExprKind::SelfValue);
+        if !is_named {
+            whole(child, visit);
+        }
+    });
+}
+
+/// Returns the expressions of a statement, without those of the statements in it, and without a name
+/// to which it assigns.
+fn expressions(stmt: &CheckedStmt) -> Vec<&CheckedExpr> {
+    match &stmt.kind {
+        CheckedStmtKind::Var { value, .. } | CheckedStmtKind::Return(value) => {
+            value.iter().collect()
+        }
+        CheckedStmtKind::Assign { target, value } => {
+            let target = Some(target).filter(|t| !matches!(t.kind, CheckedExprKind::Name(_)));
+            target.into_iter().chain([value]).collect()
+        }
+        CheckedStmtKind::If { branches, .. } => {
+            branches.iter().map(|branch| &branch.condition).collect()
+        }
+        CheckedStmtKind::While { condition, .. } => vec![condition],
+        CheckedStmtKind::Call(call) => vec![call],
+    }
+}
+
+struct Reach<'a> {
+    program: &'a ResolvedScript,
+    passed_on: Option<BTreeSet<NameId>>,
+    running: BTreeSet<FunctionId>,
+    waiting: Vec<FunctionId>,
+    /// The names of the fields that running functions read.
+    keys: BTreeSet<&'a str>,
+    /// Lambdas in fields that nothing has read so far, by the names of the fields.
+    members: BTreeMap<&'a str, Vec<FunctionId>>,
+}
+
+impl<'a> Reach<'a> {
+    fn name(&mut self, name: NameId) {
+        self.waiting.extend(self.program.name(name).definitions.iter().map(|(id, _)| *id));
+    }
+
+    fn stmt(&mut self, stmt: &'a CheckedStmt) {
+        let CheckedStmtKind::Assign { target, value } = &stmt.kind else {
+            expressions(stmt).into_iter().for_each(|expr| self.expr(expr));
+            return;
+        };
+        match (&target.kind, &value.kind) {
+            (CheckedExprKind::Name(name), CheckedExprKind::Table(entries))
+                if self.is_only_named(*name) =>
+            {
+                for (key, value) in entries {
+                    match (&key.kind, &value.kind) {
+                        (CheckedExprKind::Str(key), CheckedExprKind::Lambda(lambda)) => {
+                            self.member(key, *lambda);
+                        }
+                        _ => self.expr(value),
+                    }
+                }
+            }
+            (CheckedExprKind::Field { object, key, .. }, CheckedExprKind::Lambda(lambda)) if matches!(object.kind, CheckedExprKind::Name(name) if self.is_only_named(name)) =>
+            {
+                self.member(key, *lambda);
+            }
+            (CheckedExprKind::Name(_), _) => self.expr(value),
+            _ => {
+                children(target, |child| self.expr(child));
+                self.expr(value);
+            }
+        }
+    }
+
+    fn expr(&mut self, expr: &'a CheckedExpr) {
+        match &expr.kind {
+            CheckedExprKind::Name(name) => self.name(*name),
+            CheckedExprKind::Lambda(lambda) => self.waiting.push(*lambda),
+            CheckedExprKind::Field { key, .. } => {
+                self.keys.insert(key);
+                self.waiting.extend(self.members.remove(key.as_str()).into_iter().flatten());
+            }
+            _ => {}
+        }
+        children(expr, |child| self.expr(child));
+    }
+
+    /// Returns true if the table in a global is used only by the names of its fields.
+    fn is_only_named(&self, name: NameId) -> bool {
+        self.passed_on.as_ref().is_some_and(|passed_on| !passed_on.contains(&name))
+    }
+
+    /// Handles a lambda in a field.
+    fn member(&mut self, key: &'a str, lambda: FunctionId) {
+        if self.keys.contains(key) {
+            self.waiting.push(lambda);
+        } else {
+            self.members.entry(key).or_default().push(lambda);
+        }
+    }
 }

@@ -286,6 +286,16 @@ fn an_unknown_function_is_an_error_only_where_code_runs() {
         "function go() { _f() } function init() { step = go }",
         "function init() { foreach({}, function(k, v) { log(k, v) _f() }) }",
         "step = function() { return function() { _f() } }",
+        "t = {} t.f = _f function step() { log(1) }",
+        "t = {} t.f = function() { _f() } function step() { t.f() }",
+        "function step() { t.f() } t = { .f = function() { _f() } }",
+        "t = { .g = function() { _f() } } t.f = function() { t.g() } function step() { t.f() }",
+        "t = { .f = function() { _f() } } function step() { foreach(t, function(k, v) { v(k) }) }",
+        "t = { .f = function() { _f() } } function step() { t[\"f\"]() }",
+        "t = { .f = function() { _f() } } function step() { u = t u.f() }",
+        "t = { .f = function() { _f() }, .g = function() { return self } } function step() { t.g().f() }",
+        "t = { .f = function() { _f() }, .g = function() { return self } } function step() { u = t.g() u[\"f\"]() }",
+        "function step() { var t = { .f = function() { _f() } } log(t) }",
         // A file without an entry point may be a library.
         "",
     ];
@@ -294,6 +304,10 @@ fn an_unknown_function_is_an_error_only_where_code_runs() {
         "function _g() { _f() } function step() { log(1) }",
         "function _g() { return function() { _f() } } function init() { log(1) }",
         "function _g() { _f() } function _h() { _g() } function step() { log(1) }",
+        "t = {} t.f = function() { _f() } function step() { log(t.g) }",
+        "t = { .f = function() { _f() }, .g = function() { return 1 } } function step() { log(t.g()) }",
+        "t = { .f = function() { return self.h() }, .h = function() { _f() } } function step() { log(1) }",
+        "t = { .f = function() { _f() } } function step() { t.f = nil t = nil }",
     ];
     for unknown in ["nosuch(1)", "math.nosuch(1)"] {
         let messages_of = |rest: &str| {
