@@ -1,8 +1,8 @@
 //! The figures that tests of this crate measure for docs/performance.md. `bench/hil.json` has them.
 //!
-//! The emulators are deterministic, so the same image gives the same figures. The Kilobot's image is
-//! not always the same: the order of its functions depends on the folder of the sources, and
-//! squeeze shares other ends of functions then.
+//! The emulators are deterministic, so the same image gives the same figures. Images are not always
+//! the same: the order of their functions depends on the folder of the sources. On a Kilobot, squeeze
+//! shares other ends of functions then; the slices of a Crazyflie differ by 1 µs.
 
 use std::fs;
 use std::sync::Mutex;

@@ -244,7 +244,7 @@ fn slices_of_a_crazyflie_are_short() {
         (name, longest_slice(name, &swarm.members()[0].trace_log))
     });
     let slices: Vec<_> = slices.collect();
-    figures::check("crazyflie", "slices_us", &slices, 0);
+    figures::check("crazyflie", "slices_us", &slices, 10);
 }
 
 #[test]
