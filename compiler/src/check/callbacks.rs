@@ -7,7 +7,7 @@ use bittybuzz_vm_core::builtin::{self, BuiltinInfo, Library};
 
 use crate::check::calls::counted;
 use crate::check::names::Meanings;
-use crate::check::suggest;
+use crate::check::suggest::{self, Advice};
 use crate::check::tree::{
     CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FunctionId, LocalId,
     ResolvedScript, each_expr, each_stmt,
@@ -267,10 +267,12 @@ impl CallbackChecker<'_> {
             format!("the data of a neighbor has no `{key}`: it is nil"),
         )
         .label("always nil");
-        diagnostic = diagnostic.help(match suggest::nearest(key, NEIGHBOR_FIELDS) {
-            Some(likely) => format!("did you mean `{likely}`?"),
-            None => "it has `distance` in mm, `azimuth` and `elevation` in radians".to_owned(),
-        });
+        diagnostic = match suggest::nearest(key, NEIGHBOR_FIELDS) {
+            Some(likely) => Advice::likely(likely).give(diagnostic, span),
+            None => {
+                diagnostic.help("it has `distance` in mm, `azimuth` and `elevation` in radians")
+            }
+        };
         self.diagnostics.push(diagnostic);
     }
 }

@@ -24,7 +24,8 @@ impl Checker<'_> {
             CheckedExprKind::Name(name) => self.check_named_call(*name, args, callee.span, span),
             CheckedExprKind::Field { object, key, key_span } => {
                 if let Some(library) = self.meanings.library(object) {
-                    self.check_member_call(library, key, args, *key_span, span);
+                    let spans = [callee.span, *key_span, span];
+                    self.check_member_call(library, key, args, spans);
                 }
             }
             _ => {
@@ -135,14 +136,14 @@ impl Checker<'_> {
         });
     }
 
-    /// Checks a call of a member of a library.
+    /// Checks a call of a member of a library. The spans are those of the member with the library, of
+    /// its name alone, and of the call.
     fn check_member_call(
         &mut self,
         library: Library,
         key: &str,
         args: &[CheckedExpr],
-        key_span: Span,
-        span: Span,
+        [member, key_span, span]: [Span; 3],
     ) {
         match self.meanings.member(library, key) {
             LibraryMember::Known(info) if info.kind == builtin::BuiltinKind::Value => {
@@ -160,7 +161,9 @@ impl Checker<'_> {
                 let mut diagnostic = self
                     .unknown_function(DiagnosticCode::UnknownMemberCalled, key_span, message)
                     .label("does not exist");
-                diagnostic.help = suggest::for_member(library, key, self.meanings.robots());
+                if let Some(advice) = suggest::for_member(library, key, self.meanings.robots()) {
+                    diagnostic = advice.give(diagnostic, member);
+                }
                 self.report(diagnostic);
             }
             LibraryMember::Absent | LibraryMember::Changing => {}

@@ -61,7 +61,8 @@ fn misspelt(program: &ResolvedScript, name: &FreeName) -> Option<Diagnostic> {
             format!("nothing calls `{}`: the robot calls `{entry}`", name.text),
         )
         .label("never runs")
-        .help(format!("did you mean `function {entry}()`?")),
+        .help(format!("did you mean `function {entry}()`?"))
+        .guess(*span, entry),
     )
 }
 

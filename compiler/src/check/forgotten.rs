@@ -7,7 +7,7 @@ use bittybuzz_vm_core::builtin::{self, BuiltinInfo};
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{LibraryMember, Meaning, Meanings};
-use crate::check::suggest;
+use crate::check::suggest::{self, Advice};
 use crate::check::tree::{
     CheckedBranch, CheckedExpr, CheckedExprKind, CheckedLink, CheckedStmt, CheckedStmtKind,
     FunctionId, LocalId, NameId, ResolvedScript, children,
@@ -189,16 +189,16 @@ impl Scan<'_> {
 
 fn forgotten(info: &BuiltinInfo, span: Span) -> Diagnostic {
     let path = suggest::path(info);
-    Diagnostic::new(
+    let diagnostic = Diagnostic::new(
         DiagnosticCode::CallForgotten,
         span,
         format!("`{path}` is a function, not its result"),
     )
-    .label("not called")
-    .help(match info.max {
-        0 => format!("did you mean `{path}()`?"),
-        _ => format!("call it: {}", info.help),
-    })
+    .label("not called");
+    match info.max {
+        0 => Advice::likely(format!("{path}()")).give(diagnostic, span),
+        _ => diagnostic.help(format!("call it: {}", info.help)),
+    }
 }
 
 /// Returns a warning for the first `stigmergy.create` that every step runs.

@@ -42,6 +42,12 @@ impl Advice {
         Advice { help: help.into(), instead: None }
     }
 
+    /// Suggests a replacement that is likely.
+    pub fn likely(instead: impl Into<String>) -> Self {
+        let instead = instead.into();
+        Advice { help: format!("did you mean `{instead}`?"), instead: Some((instead, false)) }
+    }
+
     /// Adds the suggestion to a diagnostic about the name at `span`.
     pub fn give(self, diagnostic: Diagnostic, span: Span) -> Diagnostic {
         let diagnostic = diagnostic.help(self.help);
@@ -61,18 +67,26 @@ pub fn for_name(
     function: FunctionId,
     robots: KnownRobots<'_>,
 ) -> Option<Advice> {
-    if let Some(help) = foreign(name) {
+    if let Some((help, word)) = foreign(name) {
         let constant = constant(name).map(|constant| (constant.to_owned(), true));
-        return Some(Advice { help: help.to_owned(), instead: constant });
+        let word = word.map(|word| (word.to_owned(), false));
+        return Some(Advice { help: help.to_owned(), instead: constant.or(word) });
+    }
+    if let Some(operator) = operator(name) {
+        return Some(operator);
     }
     let keyword =
         KEYWORDS.into_iter().map(FixedToken::text).find(|word| name.eq_ignore_ascii_case(word));
     if let Some(keyword) = keyword {
-        return Some(Advice::words(format!("the keyword is written `{keyword}`")));
+        let help = format!("the keyword is written `{keyword}`");
+        return Some(Advice { help, instead: Some((keyword.to_owned(), false)) });
     }
     let member = builtin::TABLE.iter().find(|info| info.name == name && path(info).contains('.'));
     if let Some(info) = member {
-        return Some(Advice::words(format!("did you mean `{}`?", path(info))));
+        return Some(Advice::likely(path(info)));
+    }
+    if let Some(path) = of_other_version(name) {
+        return Some(renamed(path));
     }
     let mut locals = Vec::new();
     let mut at = Some(function);
@@ -95,34 +109,68 @@ pub fn for_name(
         .chain(libraries)
         .chain(robots.names())
         .chain(["id", "self"]);
-    nearest(name, candidates).map(|likely| Advice {
-        help: format!("did you mean `{likely}`?"),
-        instead: Some((likely.to_owned(), false)),
-    })
+    nearest(name, candidates).map(Advice::likely)
 }
 
-/// Returns help for a field that a library does not have.
-pub fn for_member(library: Library, key: &str, robots: KnownRobots<'_>) -> Option<String> {
-    if library == Library::Math && matches!(key, "random" | "rand") {
-        return Some("did you mean `math.rng.uniform(a, b)` or `rand()`?".to_owned());
+/// Returns a suggestion for a field that a library does not have. It replaces the library and the
+/// field.
+pub fn for_member(library: Library, key: &str, robots: KnownRobots<'_>) -> Option<Advice> {
+    if library == Library::Math {
+        if matches!(key, "random" | "rand") {
+            return Some(Advice::words("did you mean `math.rng.uniform(a, b)` or `rand()`?"));
+        }
+        if let Some(advice) = operator(key).or_else(|| of_other_version(key).map(renamed)) {
+            return Some(advice);
+        }
     }
     if let Some(help) = for_object(library, key) {
-        return Some(help);
+        return Some(Advice::words(help));
     }
     if let Some(likely) = nearest(key, robots.members(library).map(|info| info.name))
         .and_then(|likely| robots.member(library, likely))
     {
-        return Some(format!("did you mean `{}`?", path(likely)));
+        return Some(Advice::likely(path(likely)));
     }
     // The name may belong to another library, as `uniform` in `math.uniform` belongs to `math.rng`.
     let elsewhere = builtin::TABLE.iter().find(|info| info.name == key && info.library != library);
     if let Some(info) = elsewhere.filter(|info| is_reached_by_name(info.library)) {
-        return Some(format!("did you mean `{}`?", path(info)));
+        return Some(Advice::likely(path(info)));
     }
     let starts = robots
         .members(library)
         .find(|info| key.starts_with(info.name) || is_prefix(key, info.name));
-    starts.map(|info| format!("did you mean `{}`?", path(info)))
+    starts.map(|info| Advice::likely(path(info)))
+}
+
+/// Returns the built-in that has this name in BittyBuzz, in the first version of Buzz, or in other
+/// languages; the arguments are the same.
+fn of_other_version(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "atan2" => "math.atan",
+        "fabs" => "math.abs",
+        "rng" => "math.rng",
+        "rng_uniform" => "math.rng.uniform",
+        "rng_gaussian" => "math.rng.gaussian",
+        "rng_exponential" => "math.rng.exponential",
+        "rng_setseed" => "math.rng.setseed",
+        _ => return None,
+    })
+}
+
+fn renamed(path: &str) -> Advice {
+    Advice { help: format!("it is `{path}` here"), instead: Some((path.to_owned(), true)) }
+}
+
+/// Returns help for a function of other languages that is an operator here.
+fn operator(name: &str) -> Option<Advice> {
+    let help = match name {
+        "pow" | "power" => "a power is written `x ^ y`",
+        "mod" | "fmod" | "modulo" => "the remainder of a division is written `x % y`",
+        "bitand" | "band" => "the bits of both are written `x & y`",
+        "bitor" | "bor" => "the bits of either are written `x | y`",
+        _ => return None,
+    };
+    Some(Advice::words(help))
 }
 
 /// Returns help for a function of the objects that the library's `create` returns.
@@ -177,23 +225,27 @@ fn constant(name: &str) -> Option<&'static str> {
     }
 }
 
-/// Returns help for words of other languages.
-fn foreign(name: &str) -> Option<&'static str> {
+/// Returns help for words of other languages, and the word of Buzz if it has one that is used in the
+/// same way.
+fn foreign(name: &str) -> Option<(&'static str, Option<&'static str>)> {
     Some(match name {
-        "true" | "True" | "TRUE" => "Buzz has no `true`: use 1",
-        "false" | "False" | "FALSE" => "Buzz has no `false`: use 0",
+        "true" | "True" | "TRUE" => ("Buzz has no `true`: use 1", None),
+        "false" | "False" | "FALSE" => ("Buzz has no `false`: use 0", None),
         "null" | "NULL" | "None" | "none" | "Nil" | "NIL" | "undefined" | "nullptr" => {
-            "the empty value is written `nil`"
+            ("the empty value is written `nil`", None)
         }
-        "println" | "printf" | "puts" | "echo" | "debug" | "console" => {
-            "to print values, call `log(...)`"
+        "println" | "printf" | "puts" | "echo" => ("to print values, call `log(...)`", Some("log")),
+        "debug" | "console" => ("to print values, call `log(...)`", None),
+        "len" | "length" | "count" => {
+            ("the number of entries of a table is `size(t)`", Some("size"))
         }
-        "len" | "length" | "count" => "the number of entries of a table is `size(t)`",
-        "this" => "the table of a method call is `self`",
-        "sleep" | "wait" | "usleep" => "to wait, call `delay(ms)`",
-        "random" => "random numbers come from `math.rng.uniform(a, b)` or `rand()`",
-        "str" | "tostring" => "a number becomes text by `string.tostring(x)`",
-        "robot_id" | "robotid" | "ID" => "the number of this robot is `id`",
+        "this" => ("the table of a method call is `self`", Some("self")),
+        "sleep" | "wait" | "usleep" => ("to wait, call `delay(ms)`", Some("delay")),
+        "random" => ("random numbers come from `math.rng.uniform(a, b)` or `rand()`", None),
+        "str" | "tostring" => {
+            ("a number becomes text by `string.tostring(x)`", Some("string.tostring"))
+        }
+        "robot_id" | "robotid" | "ID" => ("the number of this robot is `id`", Some("id")),
         _ => return None,
     })
 }

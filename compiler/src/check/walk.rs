@@ -317,7 +317,9 @@ impl Checker<'_> {
             format!("`{path}` has no `{key}`: it is nil"),
         )
         .label("always nil");
-        diagnostic.help = suggest::for_member(library, key, self.meanings.robots());
+        if let Some(advice) = suggest::for_member(library, key, self.meanings.robots()) {
+            diagnostic = advice.give(diagnostic, object.span.to(span));
+        }
         self.report(diagnostic);
     }
 }

@@ -80,17 +80,18 @@ impl NotFound {
     pub(super) fn diagnostic(&self, name: &Path, span: Span) -> Diagnostic {
         let name = name.display();
         let searched = self.searched.join(", ");
-        let help = match &self.suggestion {
-            Some(suggestion) => format!("did you mean `{suggestion}`? Searched in: {searched}"),
-            None => format!("searched in: {searched}"),
-        };
-        Diagnostic::new(
+        let diagnostic = Diagnostic::new(
             DiagnosticCode::IncludeNotFound,
             span,
             format!("there is no file `{name}` to include"),
         )
-        .label("not found")
-        .help(help)
+        .label("not found");
+        match &self.suggestion {
+            Some(suggestion) => diagnostic
+                .help(format!("did you mean `{suggestion}`? Searched in: {searched}"))
+                .guess(span, format!("include \"{suggestion}\"")),
+            None => diagnostic.help(format!("searched in: {searched}")),
+        }
     }
 }
 

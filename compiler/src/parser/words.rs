@@ -90,10 +90,9 @@ impl Parser<'_> {
         if !self.at(FixedToken::OpenBrace) || self.token().is_separated() {
             return Ok(());
         }
-        let Some(help) = explain(name) else { return Ok(()) };
         let message = format!("`{name}` begins no statement in Buzz");
-        let diagnostic =
-            Diagnostic::new(DiagnosticCode::ForeignWord, callee.span, message).help(help);
+        let diagnostic = Diagnostic::new(DiagnosticCode::ForeignWord, callee.span, message);
+        let Some(diagnostic) = explained(diagnostic, name, true) else { return Ok(()) };
         let reported = self.report(diagnostic);
         // The block is parsed to find more errors in it.
         let _ = self.block();
@@ -129,14 +128,10 @@ impl Parser<'_> {
                     | TokenKind::Str(_)
                     | TokenKind::Fixed(FixedToken::OpenBrace | FixedToken::Function)
             );
-            let help = match same_line && goes_on {
-                true => explain(name),
-                false => instead_of(name).map(str::to_owned),
-            };
-            if let Some(help) = help {
-                let message = format!("`{name}` is no keyword of Buzz");
-                let diagnostic = Diagnostic::new(DiagnosticCode::ForeignWord, value.span, message);
-                return self.report(diagnostic.help(help));
+            let message = format!("`{name}` is no keyword of Buzz");
+            let diagnostic = Diagnostic::new(DiagnosticCode::ForeignWord, value.span, message);
+            if let Some(diagnostic) = explained(diagnostic, name, same_line && goes_on) {
+                return self.report(diagnostic);
             }
         }
         let before = self.token_at(self.start_of(value).saturating_sub(1));
@@ -164,8 +159,13 @@ impl Parser<'_> {
     }
 }
 
-/// Returns help for a word that cannot begin a statement.
-fn explain(word: &str) -> Option<String> {
-    let misspelt = || misspelt_keyword(word).map(|keyword| format!("did you mean `{keyword}`?"));
-    instead_of(word).map(str::to_owned).or_else(misspelt)
+/// Adds help to a diagnostic about a word that cannot begin a statement; `None` if there is none. The
+/// word may be a misspelt keyword.
+fn explained(diagnostic: Diagnostic, word: &str, may_be_keyword: bool) -> Option<Diagnostic> {
+    if let Some(help) = instead_of(word) {
+        return Some(diagnostic.help(help));
+    }
+    let keyword = misspelt_keyword(word).filter(|_| may_be_keyword)?;
+    let span = diagnostic.span;
+    Some(diagnostic.help(format!("did you mean `{keyword}`?")).guess(span, keyword))
 }

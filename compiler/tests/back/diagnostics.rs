@@ -330,6 +330,58 @@ fn an_unknown_function_is_an_error_only_where_code_runs() {
     assert_eq!(io.diagnostics[0].code.text(), "E0409");
 }
 
+/// Editors and `--fix` apply edits, so a replacement that help names must be one.
+#[test]
+fn help_that_names_a_replacement_has_it_as_an_edit() {
+    let mut replacements = 0;
+    let others = [
+        "fro(i = 0, i < 3, i = i + 1) { log(i) }",
+        "wihle(1) { log(1) }",
+        "funtcion f() { log(1) }",
+        "x = sqrt(2)",
+        "x = math.sqr(2)",
+        "x = math.uniform(1)",
+        "x = math.PI",
+        "x = math.atan2(1, 2)",
+        "x = math.rng_uniform(1, 2)",
+        "x = rng.uniform(1, 2)",
+        "sleep(100)",
+        "x = this",
+        "x = robot_id",
+        "println(1)",
+        "forwrad()",
+        "function stpe() { log(1) }",
+        "log(neighbors.get(1).distnace)",
+        "if(neighbors.count) log(1)",
+        "x = Nil",
+        "x = VAR",
+    ];
+    for script in CASES.iter().map(|(script, ..)| *script).chain(others) {
+        for found in build(script, FULL).diagnostics {
+            let help = found.help.clone().unwrap_or_default();
+            let one = ["did you mean `", "it is `", "the keyword is written `"]
+                .into_iter()
+                .find_map(|start| help.strip_prefix(start));
+            let Some((replacement, rest)) = one.and_then(|rest| rest.split_once('`')) else {
+                assert!(
+                    !help.contains("did you mean") || help.contains(" or "),
+                    "{script}: {help}"
+                );
+                continue;
+            };
+            // A help with two alternatives leaves the choice to the author.
+            if rest.contains(" or ") {
+                continue;
+            }
+            let edit = found.edits.first();
+            let edit = edit.unwrap_or_else(|| panic!("{script}: no edit for: {help}"));
+            assert!(replacement.contains(&edit.text), "{script}: {help}: {}", edit.text);
+            replacements += 1;
+        }
+    }
+    assert!(replacements >= 20, "{replacements}");
+}
+
 #[test]
 fn help_names_the_likely_name() {
     let help = |script: &str| {
@@ -352,6 +404,15 @@ fn help_names_the_likely_name() {
         ("x = math.squareroot(1)", "`math.sqrt`"),
         ("x = math.uniform(1)", "`math.rng.uniform`"),
         ("x = math.random(1)", "`math.rng.uniform(a, b)`"),
+        ("x = math.pow(2, 3)", "`x ^ y`"),
+        ("x = pow(2, 3)", "`x ^ y`"),
+        ("x = math.fmod(3, 2)", "`x % y`"),
+        ("x = mod(3, 2)", "`x % y`"),
+        ("x = math.atan2(1, 2)", "`math.atan`"),
+        ("x = math.rng_uniform(1, 2)", "`math.rng.uniform`"),
+        ("x = rng_uniform(1, 2)", "`math.rng.uniform`"),
+        ("x = rng.uniform(1, 2)", "`math.rng`"),
+        ("x = math.roundi(2.5)", "`math.round`"),
         ("neighbors.brodcast(1, 2)", "`neighbors.broadcast`"),
         ("stigmergy.put(\"a\", 1)", "`v = stigmergy.create(1)`"),
         ("stigmergy.get(\"a\")", "`v.get(key)`"),
