@@ -153,6 +153,7 @@ codes! {
     DuplicateKey = "W0308", "a key that a table literal gives twice";
     IntegerWraps = "W0309", "an operation on constants that wraps";
     FloatOverflows = "W0310", "an operation on constants that becomes infinite";
+    SumStops = "W0311", "a sum of small numbers that stops growing";
 }
 
 impl DiagnosticCode {

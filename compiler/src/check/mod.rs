@@ -16,6 +16,7 @@ mod reach;
 pub mod resolve;
 pub mod robots;
 mod shadowing;
+mod stuck;
 mod suggest;
 pub mod tree;
 mod unused;
@@ -62,6 +63,7 @@ pub fn check<'a>(
     diagnostics.extend(forgotten::check_forgotten(&program, &meanings));
     diagnostics.extend(arguments::check_arguments(&program, &meanings));
     diagnostics.extend(overflow::check_overflow(&program, arithmetic));
+    diagnostics.extend(stuck::check_stuck(&program, &meanings, arithmetic));
     // Warnings about unused names are given only for a script without errors, because a misspelt
     // name or a syntax error makes another name look unused.
     let is_wrong = |found: &Diagnostic| {

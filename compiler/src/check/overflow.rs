@@ -47,7 +47,7 @@ pub fn check_overflow(program: &ResolvedScript, profile: NumberProfile) -> Vec<D
 
 /// Returns the value of a constant expression; `None` for other expressions, and for literals out
 /// of the profile's range.
-fn value(expr: &CheckedExpr, profile: NumberProfile) -> Option<ConstantNumber> {
+pub fn value(expr: &CheckedExpr, profile: NumberProfile) -> Option<ConstantNumber> {
     match &expr.kind {
         CheckedExprKind::Int(value) => {
             let (low, high) = profile::int_range(profile);

@@ -180,9 +180,9 @@ fn each_is_given_once_and_marks_its_cause() {
 }
 
 /// Codes that depend on the robot, on the profile or on long scripts are tested where those are.
-const ELSEWHERE: [&str; 13] = [
+const ELSEWHERE: [&str; 14] = [
     "E0402", "E0412", "E0601", "E0602", "E0603", "E0604", "E0605", "E0606", "E0607", "E0608",
-    "E0609", "E0699", "W0225",
+    "E0609", "E0699", "W0225", "W0311",
 ];
 
 #[test]
@@ -586,6 +586,51 @@ fn messages_are_in_the_order_of_the_source() {
     let starts: Vec<u32> = compiled.diagnostics.iter().map(|d| d.span.start).collect();
     assert!(starts.is_sorted(), "{starts:?}");
     assert_eq!(starts.len(), 5);
+}
+
+/// Floats of `tiny` have ten bits: next to 128 they are 0.25 apart, and a half of that or less adds nothing.
+#[test]
+fn a_sum_that_stops_growing_is_reported_with_its_end() {
+    let reports = |script: &str, profile| -> Vec<String> {
+        let found = build(script, profile).diagnostics.into_iter();
+        found.filter(|found| found.code.text() == "W0311").map(|found| found.message).collect()
+    };
+    let stopping = [
+        ("t = 0.0 function step() { t = t + 0.1 }", "128"),
+        ("t = 0.0 function step() { t = 0.1 + t }", "128"),
+        ("t = 7 function step() { t = t - 0.5 }", "-512"),
+        ("function init() { t = 0 } function step() { t = t + 0.25 }", "256"),
+        ("t = 0.0 function step() { t = t + 1 }", "1024"),
+        (
+            "t = 0.0 function add() { t = t + 0.1 } function step() { add() if(t > 60) log(t) }",
+            "128",
+        ),
+        ("t = 0.0 function step() { if(id == 3) t = t + 0.1 }", "128"),
+        ("t = 0.0 function step() { if(id) { t = t + 0.1 } else { t = t + 0.5 } }", "512"),
+    ];
+    for (script, end) in stopping {
+        let found = reports(script, TINY);
+        assert_eq!(found.len(), 1, "{script}: {found:?}");
+        assert!(found[0].starts_with(&format!("`t` stops at {end}: ")), "{script}: {found:?}");
+        assert_eq!(reports(script, FULL), [""; 0], "{script}");
+    }
+    let others = [
+        "n = 0 function step() { n = n + 1 }",
+        "t = 0.0 function step() { t = t + 0.1 if(t > 10) t = 0.0 }",
+        "t = 0.0 function step() { if(t < 10) t = t + 0.1 }",
+        "t = 0.0 function step() { if(t > 10) { log(t) return } t = t + 0.1 }",
+        "t = 0.0 function step() { while(t < 3) t = t + 0.1 }",
+        "t = 0.0 function step() { t = t + 0.1 } function reset() { t = 0.0 }",
+        "t = 0.0 function step() { if(id) { t = t + 0.1 } else { t = t - 0.1 } }",
+        "for(t = 0.0, t < 3, t = t + 0.1) log(t)",
+        "function step() { var t = 0.0 t = t + 0.1 log(t) }",
+        "t = 0.0 function step() { t = t + id }",
+        "t = 0.0 function step() { t = 2 * t + 0.1 }",
+        "function step() { if(isnil(t)) t = 0.0 t = t + 0.1 }",
+    ];
+    for script in others {
+        assert_eq!(reports(script, TINY), [""; 0], "{script}");
+    }
 }
 
 #[test]
