@@ -44,7 +44,7 @@ impl CheckFindings<'_> {
         }
         if places.is_empty() {
             lines.push(
-                "no number wrapped, saturated, was flushed to zero, or became infinite or NaN"
+                "no number wrapped, saturated, was flushed to zero, or became infinite or NaN; each sum had an effect"
                     .to_owned(),
             );
         }
@@ -158,6 +158,7 @@ impl CheckFindings<'_> {
             Anomaly::NotANumber => "became NaN",
             Anomaly::Flushed => "flushed to zero",
             Anomaly::Saturated => "saturated",
+            Anomaly::NoEffect => "had no effect",
         };
         let FailedOperation { operation, exact, result, at } = found.first;
         let exact = match exact {
@@ -199,6 +200,7 @@ fn kind(anomaly: Anomaly) -> &'static str {
         Anomaly::NotANumber => "nan",
         Anomaly::Flushed => "flushed",
         Anomaly::Saturated => "saturated",
+        Anomaly::NoEffect => "no_effect",
     }
 }
 

@@ -39,11 +39,43 @@ fn a_run_without_anomalies_reports_that() {
     let folder = Folder::with("checks_none", "s.bzz", SCRIPT);
     let outcome = folder.bbz(&["run", "s.bzz", "--steps", "5", "--checks"]);
     outcome.reports(&[
-        "no number wrapped, saturated, was flushed to zero, or became infinite or NaN\n",
+        "no number wrapped, saturated, was flushed to zero, or became infinite or NaN; each sum had an effect\n",
         " of 65520 slots at ",
         "step       the cycles of instructions were not counted on this chip\n",
     ]);
     assert_eq!(outcome.status, Some(0));
+}
+
+/// The bits of a float do not reach from 128 to 0.1 in `tiny`, nor from 2^24 to 1 in `full`.
+#[test]
+fn sums_without_an_effect_are_reported() {
+    let clock = "time = 0.0\nfunction step() {\n  time = time + 0.1\n}\n";
+    let folder = Folder::with("checks_clock", "s.bzz", clock);
+    let run = |profile, steps| {
+        let outcome =
+            folder.bbz(&["run", "s.bzz", "--profile", profile, "--steps", steps, "--checks"]);
+        outcome.stderr
+    };
+    let found = run("tiny", "2000");
+    let line = found.lines().find(|line| line.contains("had no effect")).unwrap();
+    assert!(line.starts_with("s.bzz:3:10: had no effect "), "{found}");
+    // The nearest float to 0.1.
+    assert!(line.contains(" times, first 128.0 + 0.0999"), "{found}");
+    assert!(found.contains("`time` stops at 128: adding 0.1 to it"), "{found}");
+    assert!(!run("full", "2000").contains("had no effect"));
+    assert!(!run("tiny", "100").contains("had no effect"));
+
+    folder.write(
+        "s.bzz",
+        "b = 16777216.0\nlog(b + 1.0, b - 0.25, 0.25 - b, 0.0 + b, b - b, b * 1.0, 16777216 + 2)\n",
+    );
+    let found = run("full", "0");
+    let lines: Vec<&str> =
+        found.lines().filter(|line| line.contains("had no effect once")).collect();
+    assert_eq!(lines.len(), 3, "{found}");
+    for operation in ["16777216.0 + 1.0", "16777216.0 - 0.25", "0.25 - 16777216.0"] {
+        assert!(lines.iter().any(|line| line.contains(operation)), "{operation}: {found}");
+    }
 }
 
 /// The most frequent places come first, and only 20 are printed.

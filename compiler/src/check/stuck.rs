@@ -44,8 +44,17 @@ pub fn check_stuck(
 struct Sum {
     has_start: bool,
     is_float: bool,
-    /// The constants that are added, with the places of the assignments.
-    steps: Vec<(Span, f32)>,
+    steps: Vec<Step>,
+}
+
+/// An assignment that adds a constant.
+#[derive(Clone, Copy)]
+struct Step {
+    span: Span,
+    /// The constant as the profile has it.
+    number: ConstantNumber,
+    /// The constant as the script has it, which the profile may round.
+    written: f64,
 }
 
 struct Visit<'a> {
@@ -111,14 +120,14 @@ impl Visit<'_> {
         let entry = self.sums.entry(name).or_insert_with(|| Some(Sum::default()));
         let Some(sum) = entry else { return };
         let is_bounded = self.tested.contains(&name);
-        match (value(assigned, profile), step(assigned, name, profile)) {
+        match (value(assigned, profile), step(assigned, name, profile, span)) {
             (Some(start), _) if self.is_start => {
                 sum.has_start = true;
                 sum.is_float |= matches!(start, ConstantNumber::Float(_));
             }
             (None, Some(step)) if !self.is_start && !is_bounded => {
-                sum.is_float |= matches!(step, ConstantNumber::Float(_));
-                sum.steps.push((span, to_f32(step)));
+                sum.is_float |= matches!(step.number, ConstantNumber::Float(_));
+                sum.steps.push(step);
             }
             _ => *entry = None,
         }
@@ -133,19 +142,26 @@ fn returns(block: &CheckedBlock) -> bool {
 }
 
 /// Returns the constant that an assignment `name = name + constant` adds.
-fn step(expr: &CheckedExpr, name: NameId, profile: NumberProfile) -> Option<ConstantNumber> {
+fn step(expr: &CheckedExpr, name: NameId, profile: NumberProfile, span: Span) -> Option<Step> {
     let CheckedExprKind::Chain { first, links } = &expr.kind else { return None };
     let [link] = links.as_slice() else { return None };
     let is_name = |expr: &CheckedExpr| matches!(expr.kind, CheckedExprKind::Name(n) if n == name);
-    match link.op {
-        BinaryOp::Add if is_name(first) => value(&link.right, profile),
-        BinaryOp::Add if is_name(&link.right) => value(first, profile),
-        BinaryOp::Sub if is_name(first) => {
-            let zero = ConstantNumber::Int(0);
-            constant::arithmetic(profile, BinaryOp::Sub, zero, value(&link.right, profile)?)
-        }
-        _ => None,
+    let (constant, is_taken) = match link.op {
+        BinaryOp::Add if is_name(first) => (&link.right, false),
+        BinaryOp::Add if is_name(&link.right) => (&**first, false),
+        BinaryOp::Sub if is_name(first) => (&link.right, true),
+        _ => return None,
+    };
+    let number = value(constant, profile)?;
+    let written = match constant.kind {
+        CheckedExprKind::Float(written) => written,
+        _ => f64::from(to_f32(number)),
+    };
+    if !is_taken {
+        return Some(Step { span, number, written });
     }
+    let number = constant::arithmetic(profile, BinaryOp::Sub, ConstantNumber::Int(0), number)?;
+    Some(Step { span, number, written: -written })
 }
 
 fn to_f32(number: ConstantNumber) -> f32 {
@@ -157,18 +173,21 @@ fn to_f32(number: ConstantNumber) -> f32 {
 
 impl Sum {
     fn diagnostic(&self, name: &str, profile: NumberProfile) -> Option<Diagnostic> {
-        let signs: BTreeSet<bool> = self.steps.iter().map(|(_, step)| *step < 0.0).collect();
+        let size = |step: &Step| to_f32(step.number).abs();
+        let signs: BTreeSet<bool> =
+            self.steps.iter().map(|step| to_f32(step.number) < 0.0).collect();
         let is_sum = self.has_start && self.is_float && signs.len() == 1;
         // The sum stops where the greatest step has no effect.
-        let (span, step) =
-            self.steps.iter().copied().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()))?;
-        let end = end(step, profile).filter(|_| is_sum)?;
-        let message = format!("`{name}` stops at {end}: adding {step} to it changes nothing there");
+        let Step { span, number, written } =
+            self.steps.iter().copied().max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        let end = end(to_f32(number), profile).filter(|_| is_sum)?;
+        let message =
+            format!("`{name}` stops at {end}: adding {written} to it changes nothing there");
         Some(
             Diagnostic::new(DiagnosticCode::SumStops, span, message)
                 .label(format!("the floats of the `{}` profile have 10 bits", profile.name()))
                 .help(format!(
-                    "count with an integer, and multiply where the sum is needed: `steps * {step}`"
+                    "count with an integer, and multiply where the sum is needed: `steps * {written}`"
                 )),
         )
     }

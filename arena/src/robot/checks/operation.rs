@@ -20,6 +20,9 @@ pub enum Anomaly {
     Flushed,
     /// A conversion to an integer gave the nearest one, or 0 for NaN.
     Saturated,
+    /// A sum or a difference is one of its operands, although the other one is not zero: the bits of
+    /// a float do not reach to it.
+    NoEffect,
 }
 
 /// The operator of an operation.
@@ -269,8 +272,26 @@ impl Operation {
         if result.is_infinite() {
             return (!any(f64::is_infinite)).then_some(Anomaly::Infinite);
         }
-        let is_flushed = result == 0.0 && operands.into_iter().all(f64::is_finite);
-        (is_flushed && self.is_nonzero(exact)).then_some(Anomaly::Flushed)
+        if operands.into_iter().any(|operand| !operand.is_finite()) {
+            return None;
+        }
+        if self.has_no_effect(result) {
+            return Some(Anomaly::NoEffect);
+        }
+        (result == 0.0 && self.is_nonzero(exact)).then_some(Anomaly::Flushed)
+    }
+
+    /// Returns true for a sum or difference that is one of its operands, and the other one is not
+    /// zero.
+    fn has_no_effect(&self, result: f32) -> bool {
+        let (first, second) = (real(self.first), self.second.map_or(0.0, real));
+        let second = match self.operator {
+            Operator::Binary(opcode::ADD) => second,
+            Operator::Binary(opcode::SUB) => -second,
+            _ => return false,
+        };
+        let result = f64::from(result);
+        first != 0.0 && second != 0.0 && (result == first || result == second)
     }
 
     /// Returns true if the exact result with finite operands is not zero.
