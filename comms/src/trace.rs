@@ -60,6 +60,9 @@ const TABLE: u8 = 5;
 const FUNCTION: u8 = 6;
 const REST: u8 = 7;
 
+/// The bytes of a log record before its items: its kind and the step.
+const BEFORE_ITEMS: usize = 1 + size_of::<u32>();
+
 /// The length of the longest item of fixed size, in bytes.
 const ITEM_MAX: usize = 5;
 
@@ -186,7 +189,6 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
     arguments: &CallArguments<'_, P, C, SLOTS>,
 ) -> Encoded {
     let mut record = with_step(LOG, step);
-    let start = record.len();
     for index in 0..arguments.count() {
         // One byte stays free for the tag `REST`.
         let room = RECORD_MAX - 1 - record.len();
@@ -194,8 +196,7 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
             put(&mut record, &[REST]);
             break;
         }
-        let items = Items { rest: record.get(start..).unwrap_or_default() };
-        if let Some(size) = size_before(items, arguments, index) {
+        if let Some(size) = size_before(&record, arguments, index) {
             put_item(&mut record, TABLE, &size.to_le_bytes());
             continue;
         }
@@ -234,12 +235,13 @@ pub fn log<P: Profile, C: ByteCode, const SLOTS: usize>(
 /// are not on the stack during the count.
 #[inline(never)]
 fn size_before<P: Profile, C: ByteCode, const SLOTS: usize>(
-    mut items: Items<'_>,
+    record: &Encoded,
     arguments: &CallArguments<'_, P, C, SLOTS>,
     index: usize,
 ) -> Option<u16> {
     let parts = |index| arguments.value(index).parts();
     let earlier = (0..index).find(|earlier| parts(*earlier) == parts(index))?;
+    let mut items = Items { rest: record.get(BEFORE_ITEMS..)? };
     match items.nth(earlier) {
         Some(Ok(PrintedValue::Table(size))) => Some(size),
         _ => None,

@@ -36,6 +36,7 @@ pub fn start() {
 /// Lets a device that holds SDA low finish its byte. The devices do not notice a reset of this chip, and
 /// one that was sending then waits for the clock. It lets SDA go within nine periods (UM10204 3.1.16),
 /// and the next start condition ends its transfer.
+#[inline(never)] // Its variables are not on the stack of the tasks.
 fn free_bus() {
     let drive = |level: bool| {
         GPIOB
@@ -116,7 +117,7 @@ fn settle(result: Result<(), NoAnswer>) -> Result<(), NoAnswer> {
     if result.is_err() {
         I2C2.cr1().write(|w| w.set_pe(false));
         while I2C2.cr1().read().pe() {}
-        start();
+        I2C2.cr1().write(|w| w.set_pe(true));
     }
     result
 }
