@@ -100,7 +100,7 @@ struct Reach<'a> {
     waiting: Vec<FunctionId>,
     /// The names of the fields that running functions read.
     keys: BTreeSet<&'a str>,
-    /// Lambdas in fields that nothing has read so far, by the names of the fields.
+    /// Lambdas in fields that no running function has read yet, by the names of the fields.
     members: BTreeMap<&'a str, Vec<FunctionId>>,
 }
 

@@ -336,7 +336,6 @@ fn help_that_names_a_replacement_has_it_as_an_edit() {
     let mut replacements = 0;
     let others = [
         "fro(i = 0, i < 3, i = i + 1) { log(i) }",
-        "wihle(1) { log(1) }",
         "funtcion f() { log(1) }",
         "x = sqrt(2)",
         "x = math.sqr(2)",
