@@ -90,7 +90,7 @@ fn a_script_needs_its_robots_and_a_scenario_has_them() {
     folder.write("w.toml", "[world]\nsize = [500, 500]\nduration = 1\n[[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\n");
     folder
         .bbz(&["sim", "s.bzz"])
-        .fails_with(3, &["`s.bzz` is a script", "--robot kilobot --count 10"]);
+        .fails_with(3, &["`s.bzz` is a script", "--robot NAME --count 10"]);
     folder
         .bbz(&["sim", "w.toml", "--robot", "kilobot"])
         .fails_with(3, &["`w.toml` is a scenario", "--set robots.0.count=20"]);

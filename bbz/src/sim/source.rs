@@ -24,7 +24,7 @@ impl Problem for SourceError {
     fn help(&self) -> Option<String> {
         Some(match self {
             SourceError::NoRobot(script) => format!(
-                "for example `bbz sim {} --robot kilobot --count {}`; a scenario can say more, see docs/scenario.md",
+                "for example `bbz sim {} --robot NAME --count {}`, with a name of `bbz robots`; a scenario can say more, see docs/scenario.md",
                 script.display(),
                 world::COUNT
             ),

@@ -129,8 +129,16 @@ pub struct ScriptFile(NamedTempFile);
 impl ScriptFile {
     /// With this text.
     pub fn new(test: &str, text: &str) -> Self {
-        let name = format!("-{test}.bzz");
-        let file = Builder::new().prefix("bittybuzz-hil-").suffix(&name).tempfile();
+        ScriptFile::named(&format!("-{test}.bzz"), text)
+    }
+
+    /// A scenario with this text.
+    pub fn scenario(test: &str, text: &str) -> Self {
+        ScriptFile::named(&format!("-{test}.toml"), text)
+    }
+
+    fn named(end: &str, text: &str) -> Self {
+        let file = Builder::new().prefix("bittybuzz-hil-").suffix(end).tempfile();
         let mut file = file.expect("the folder for temporary files is writable");
         file.write_all(text.as_bytes()).expect("the file was created for writing");
         ScriptFile(file)

@@ -65,7 +65,7 @@ fn a_scenario_counts_the_scripts_that_have_stopped() {
         script.path(),
         kilobot().display()
     );
-    let scenario = ScriptFile::new("kilobot_faults.toml", &scenario);
+    let scenario = ScriptFile::scenario("kilobot_faults", &scenario);
     let emulator = Core::Avr.program().display().to_string();
     let outcome = bbz::run(&["sim", scenario.path(), "--emulator", &emulator], &[]);
     assert!(outcome.stdout.contains("scripts stopped by an error: 2, "), "{}", outcome.stdout);
