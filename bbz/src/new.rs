@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use bittybuzz_robot_files::find;
 use bittybuzz_robot_spec::Robot;
@@ -11,6 +12,7 @@ use crate::exit::ExitStatus;
 use crate::file_error::FileError;
 use crate::output;
 use crate::problem::Problem;
+use crate::shell;
 use crate::whole_file;
 use crate::world;
 
@@ -51,6 +53,7 @@ impl Problem for NewError {
 pub fn execute(arguments: &NewArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let folder = arguments.name.as_path();
     let name = folder.file_name().and_then(|name| name.to_str());
+    let name = name.filter(|name| !name.contains(char::is_control));
     let name = name.ok_or_else(|| NewError::NoName(folder.to_owned()))?;
     let robot = find(&arguments.robot)?;
     let reference = world::reference(&arguments.robot, folder)
@@ -67,8 +70,9 @@ pub fn execute(arguments: &NewArguments) -> Result<ExitStatus, Box<dyn Problem>>
     ] {
         whole_file::write(&folder.join(file), text.as_bytes())?;
     }
-    let shown = folder.display();
-    output::write(&format!("made {shown}: try `bbz sim {shown}/{name}.toml --view`\n"))?;
+    let scenario = folder.join(format!("{name}.toml")).display().to_string();
+    let next = line(&["sim", &scenario, "--view"]);
+    output::write(&format!("made {}: try `{next}`\n", folder.display()))?;
     Ok(ExitStatus::Success)
 }
 
@@ -128,17 +132,25 @@ fn scenario_text(robot: &Robot, reference: &str, script: &str) -> String {
 
 /// Returns a README with the commands that a user needs next, from the new folder.
 fn readme(name: &str, robot: &str) -> String {
+    let (script, scenario) = (format!("{name}.bzz"), format!("{name}.toml"));
     let lines = [
-        (format!("bbz check {name}.bzz --robot {robot}"), "find mistakes"),
-        (format!("bbz sim {name}.toml"), "run the scenario, which is also a test"),
+        (line(&["check", &script, "--robot", robot]), "find mistakes"),
+        (line(&["sim", &scenario]), "run the scenario, which is also a test"),
         (
-            format!("bbz sim {name}.toml --view --edit"),
+            line(&["sim", &scenario, "--view", "--edit"]),
             "watch it in a page, and change the script there",
         ),
-        (format!("bbz robots {robot}"), "the functions that a script can call"),
-        ("bbz guide".to_owned(), "language, functions and commands as one page"),
+        (line(&["robots", robot]), "the functions that a script can call"),
+        (line(&["guide"]), "language, functions and commands as one page"),
     ];
     let width = lines.iter().map(|(command, _)| command.len()).max().unwrap_or(0);
     let lines = lines.map(|(command, purpose)| format!("{command:width$}  # {purpose}\n"));
     format!("# {name}\n\n```sh\n{}```\n", lines.concat())
+}
+
+/// Returns a command line of `bbz` for a shell.
+fn line(arguments: &[&str]) -> String {
+    let mut command = Command::new("bbz");
+    command.args(arguments);
+    shell::line(&command)
 }

@@ -42,6 +42,7 @@ fn a_new_folder_runs_on_every_robot() {
         .bbz(&["new", "kilobot", "--robot", "kilobot"])
         .fails_with(3, &["`kilobot` exists already"]);
     folder.bbz(&["new", "..", "--robot", "kilobot"]).fails_with(3, &["names no folder"]);
+    folder.bbz(&["new", "a\nb", "--robot", "kilobot"]).fails_with(3, &["names no folder"]);
     folder.bbz(&["new", "x", "--robot", "kilobto"]).fails_with(3, &["kilobto", "kilobot"]);
     assert!(!folder.path("x").exists());
 }
@@ -54,6 +55,11 @@ fn a_new_folder_may_be_below_others() {
         .succeeds_with("made a/b: try `bbz sim a/b/b.toml --view`\n");
     let run = folder.bbz(&["sim", "a/b/b.toml", "--headless"]);
     assert_eq!(run.status, Some(0), "{}", run.stderr);
+    // A shell gets a name with a space as one word.
+    let made = folder.bbz(&["new", "two words", "--robot", "zooids"]);
+    made.succeeds_with("made two words: try `bbz sim 'two words/two words.toml' --view`\n");
+    let readme = String::from_utf8(folder.read("two words/README.md")).unwrap();
+    assert!(readme.contains("bbz check 'two words.bzz' --robot zooids  "), "{readme}");
 }
 
 #[test]
