@@ -1,6 +1,7 @@
 //! `bbz new`: writes a script, a scenario and a README that run.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -41,11 +42,19 @@ enum NewError {
     Exists(PathBuf),
     #[error("`{0}` names no folder to make")]
     NoName(PathBuf),
+    #[error("`{0}` cannot be simulated: its file describes no body")]
+    NoBody(String),
 }
 
 impl Problem for NewError {
     fn help(&self) -> Option<String> {
-        Some("give the name of a folder that does not exist, such as `flock`".to_owned())
+        let help = match self {
+            NewError::Exists(_) | NewError::NoName(_) => {
+                "give the name of a folder that does not exist, such as `flock`"
+            }
+            NewError::NoBody(_) => "give the robot file a [body] with a `drive`",
+        };
+        Some(help.to_owned())
     }
 }
 
@@ -58,10 +67,10 @@ pub fn execute(arguments: &NewArguments) -> Result<ExitStatus, Box<dyn Problem>>
     let robot = find(&arguments.robot)?;
     let reference = world::reference(&arguments.robot, folder)
         .map_err(|error| FileError::reading(Path::new(&arguments.robot), error))?;
-    if folder.exists() {
-        return Err(NewError::Exists(folder.to_owned()).into());
+    if !world::is_simulated(&robot) {
+        return Err(NewError::NoBody(robot.name).into());
     }
-    fs::create_dir_all(folder).map_err(|error| FileError::writing(folder, error))?;
+    make(folder)?;
     let script = format!("{name}.bzz");
     for (file, text) in [
         (script.clone(), script_text(&robot).to_owned()),
@@ -74,6 +83,20 @@ pub fn execute(arguments: &NewArguments) -> Result<ExitStatus, Box<dyn Problem>>
     let next = line(&["sim", &scenario, "--view"]);
     output::write(&format!("made {}: try `{next}`\n", folder.display()))?;
     Ok(ExitStatus::Success)
+}
+
+/// Makes a folder, and those in which it is. Of two commands that make the same folder, one fails.
+fn make(folder: &Path) -> Result<(), Box<dyn Problem>> {
+    if let Some(parent) = folder.parent() {
+        fs::create_dir_all(parent).map_err(|error| FileError::writing(parent, error))?;
+    }
+    match fs::create_dir(folder) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => {
+            Err(NewError::Exists(folder.to_owned()).into())
+        }
+        Err(error) => Err(FileError::writing(folder, error).into()),
+    }
 }
 
 fn script_text(robot: &Robot) -> &'static str {

@@ -62,10 +62,19 @@ fn spacing_mm(robot: &Robot) -> f64 {
 /// Returns the radius of the robot's body. That of a robot without one does not matter: the scenario
 /// is refused.
 fn radius_mm(robot: &Robot) -> f64 {
+    body_radius_mm(robot).unwrap_or(1.0)
+}
+
+/// Returns true if the simulator has a body for the robot.
+pub fn is_simulated(robot: &Robot) -> bool {
+    body_radius_mm(robot).is_some()
+}
+
+fn body_radius_mm(robot: &Robot) -> Option<f64> {
     let models = bittybuzz_robot_models::all();
     let model = models.iter().find(|model| model.robots().contains(&robot.name.as_str()));
     let of_model = model.map(|model| f64::from(model.shape().radius_mm));
-    robot.body.as_ref().map(|body| body.radius_mm).or(of_model).unwrap_or(1.0)
+    robot.body.as_ref().map(|body| body.radius_mm).or(of_model)
 }
 
 /// Returns the name of a robot, or the path of its file from `folder`. The command line has the path

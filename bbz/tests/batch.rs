@@ -161,6 +161,23 @@ fn a_batch_goes_on_only_as_what_it_was() {
     }
 }
 
+/// The scenario of a script is in no file, so the options that make it identify the batch.
+#[test]
+fn a_batch_of_a_script_goes_on_only_with_its_robots() {
+    let folder = folder("batch_script");
+    let script = [&["sim", "s.bzz", "--robot", "kilobot", "--count", "5"], &ENDLESS[2..]].concat();
+    let child = start(&folder, &script, 20);
+    send("-TERM", &child);
+    assert_eq!(finish(child).status, Some(130));
+    let resume = [&script[..], &["--resume"]].concat();
+    for (old, new, option) in [("5", "6", "--count"), ("kilobot", "zooids", "--robot")] {
+        let other: Vec<&str> =
+            resume.iter().map(|word| if *word == old { new } else { word }).collect();
+        folder.bbz(&other).fails_with(3, &["another batch; not as they were: --", option]);
+        assert_eq!(parts(&folder), 20);
+    }
+}
+
 #[test]
 fn a_folder_that_is_no_journal_is_left_alone() {
     let folder = folder("batch_folder");

@@ -43,6 +43,10 @@ fn a_new_folder_runs_on_every_robot() {
         .fails_with(3, &["`kilobot` exists already"]);
     folder.bbz(&["new", "..", "--robot", "kilobot"]).fails_with(3, &["names no folder"]);
     folder.bbz(&["new", "a\nb", "--robot", "kilobot"]).fails_with(3, &["names no folder"]);
+    folder.write("none.toml", "name = \"none\"\n");
+    folder
+        .bbz(&["new", "x", "--robot", "none.toml"])
+        .fails_with(3, &["`none` cannot be simulated", "[body]"]);
     folder.bbz(&["new", "x", "--robot", "kilobto"]).fails_with(3, &["kilobto", "kilobot"]);
     assert!(!folder.path("x").exists());
 }
@@ -100,6 +104,7 @@ fn a_script_needs_its_robots_and_a_scenario_has_them() {
     folder
         .bbz(&["sim", "w.toml", "--robot", "kilobot"])
         .fails_with(3, &["`w.toml` is a scenario", "--set robots.0.count=20"]);
+    folder.bbz(&["sim", ".", "--robot", "kilobot"]).fails_with(3, &["folder"]);
     folder.bbz(&["sim", "none.bzz", "--robot", "kilobot"]).fails_with(3, &["none.bzz"]);
     folder.bbz(&["sim", "s.bzz", "--robot", "kilobto"]).fails_with(3, &["kilobto"]);
     folder.bbz(&["sim", "s.bzz", "--robot", "kilobot", "--count", "0"]).fails_with(3, &["--count"]);

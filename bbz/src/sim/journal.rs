@@ -305,6 +305,9 @@ pub fn key(arguments: &SimArguments, opened: &[&Opened]) -> Result<Value, FileEr
         "runs": arguments.runs.unwrap_or(1),
         "seed": arguments.seed,
         "set": arguments.set,
+        // These make the scenario of a script.
+        "robot": arguments.robot,
+        "count": arguments.count,
         "emulators": emulators,
         "files": files,
     }))
@@ -325,7 +328,7 @@ fn fingerprint(mut content: File) -> io::Result<u64> {
 
 /// Returns the names of changed options and files, for people.
 fn differences(old: &Value, new: &Value) -> Vec<String> {
-    let options = ["runs", "seed", "set"].map(|key| (key, format!("--{key}")));
+    let options = ["runs", "seed", "set", "robot", "count"].map(|key| (key, format!("--{key}")));
     let others = [("bbz", "bbz itself".to_owned()), ("emulators", "the emulator".to_owned())];
     let mut changed_names: Vec<String> = others
         .into_iter()

@@ -49,7 +49,10 @@ pub fn read(arguments: &SimArguments) -> Result<ScenarioText, Box<dyn Problem>> 
     match (&arguments.robot, is_script(path)) {
         (Some(robot), true) => for_script(path, robot, arguments.count.unwrap_or(world::COUNT)),
         (None, true) => Err(SourceError::NoRobot(path.to_owned()).into()),
-        (Some(_), false) => Err(SourceError::RobotsOfScenario(path.to_owned()).into()),
+        (Some(_), false) => {
+            file::open(path).map_err(|error| FileError::reading(path, error))?;
+            Err(SourceError::RobotsOfScenario(path.to_owned()).into())
+        }
         (None, false) => {
             // An unreadable file is a mistake of the command line; wrong content is a mistake of
             // the scenario.
