@@ -24,21 +24,18 @@ pub fn running(program: &ResolvedScript) -> BTreeSet<FunctionId> {
     if !has_entry(program) || program.hidden.is_any() {
         return (0..program.functions.len()).map(FunctionId).collect();
     }
-    let mut reach = Reach {
-        program,
-        passed_on: passed_on(program),
-        running: BTreeSet::new(),
-        waiting: vec![FunctionId::GLOBAL],
-        keys: BTreeSet::new(),
-        members: BTreeMap::new(),
-    };
+    let mut reach = Reach::new(program);
+    reach.waiting.push(FunctionId::GLOBAL);
     ENTRIES.iter().filter_map(|entry| program.find_name(entry)).for_each(|name| reach.name(name));
-    while let Some(id) = reach.waiting.pop() {
-        if reach.running.insert(id) {
-            each_stmt(&program.function(id).body, &mut |stmt| reach.stmt(stmt));
-        }
-    }
-    reach.running
+    reach.finish()
+}
+
+/// Returns the functions that `step` reaches by their names. There may be others that it runs, such as
+/// the values of variables.
+pub fn of_step(program: &ResolvedScript) -> BTreeSet<FunctionId> {
+    let mut reach = Reach::new(program);
+    program.find_name("step").into_iter().for_each(|name| reach.name(name));
+    reach.finish()
 }
 
 /// The globals whose tables are used otherwise than by the names of fields, so that nothing is known
@@ -105,6 +102,28 @@ struct Reach<'a> {
 }
 
 impl<'a> Reach<'a> {
+    fn new(program: &'a ResolvedScript) -> Self {
+        Reach {
+            program,
+            passed_on: passed_on(program),
+            running: BTreeSet::new(),
+            waiting: Vec::new(),
+            keys: BTreeSet::new(),
+            members: BTreeMap::new(),
+        }
+    }
+
+    /// Returns the functions that wait, and those that they reach.
+    fn finish(mut self) -> BTreeSet<FunctionId> {
+        let program = self.program;
+        while let Some(id) = self.waiting.pop() {
+            if self.running.insert(id) {
+                each_stmt(&program.function(id).body, &mut |stmt| self.stmt(stmt));
+            }
+        }
+        self.running
+    }
+
     fn name(&mut self, name: NameId) {
         self.waiting.extend(self.program.name(name).definitions.iter().map(|(id, _)| *id));
     }

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::ast::BinaryOp;
 use crate::check::names::{Meaning, Meanings};
 use crate::check::overflow::value;
+use crate::check::reach;
 use crate::check::tree::{
     CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind,
     FunctionId, NameId, ResolvedScript, children, each_stmt,
@@ -15,9 +16,9 @@ use crate::diagnostic::Diagnostic;
 use crate::profile::NumberProfile;
 use crate::source::Span;
 
-/// Checks the globals that only grow: each gets constants in the global code or in `init`, and
-/// elsewhere its own value plus a constant. A condition that depends on the global may bound it, and
-/// then nothing is reported.
+/// Checks the globals that only grow: each gets constants in the global code or in `init`, and in
+/// functions that `step` calls its own value plus a constant. A condition that depends on the global
+/// may bound it, and then nothing is reported.
 pub fn check_stuck(
     program: &ResolvedScript,
     meanings: &Meanings<'_>,
@@ -28,11 +29,13 @@ pub fn check_stuck(
         return Vec::new();
     }
     let init = program.find_name("init").map(|name| meanings.of(name));
+    let of_step = reach::of_step(program);
     let mut sums = BTreeMap::new();
     for (number, function) in program.functions.iter().enumerate() {
         let id = FunctionId(number);
         let is_start = id == FunctionId::GLOBAL || init == Some(Meaning::Function(id));
-        let mut visit = Visit { profile, is_start, sums: &mut sums, tested: Vec::new() };
+        let is_step = !is_start && of_step.contains(&id);
+        let mut visit = Visit { profile, is_start, is_step, sums: &mut sums, tested: Vec::new() };
         visit.stmts(&function.body);
     }
     let sums = sums.into_iter().filter_map(|(name, sum)| Some((name, sum?)));
@@ -61,6 +64,8 @@ struct Visit<'a> {
     profile: NumberProfile,
     /// True in the global code and in `init`, which run once.
     is_start: bool,
+    /// True in functions that run again and again.
+    is_step: bool,
     /// `None` for a global with other assignments.
     sums: &'a mut BTreeMap<NameId, Option<Sum>>,
     /// The globals on which the code that is visited depends.
@@ -125,7 +130,7 @@ impl Visit<'_> {
                 sum.has_start = true;
                 sum.is_float |= matches!(start, ConstantNumber::Float(_));
             }
-            (None, Some(step)) if !self.is_start && !is_bounded => {
+            (None, Some(step)) if self.is_step && !is_bounded => {
                 sum.is_float |= matches!(step.number, ConstantNumber::Float(_));
                 sum.steps.push(step);
             }

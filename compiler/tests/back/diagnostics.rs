@@ -615,6 +615,9 @@ fn a_sum_that_stops_growing_is_reported_with_its_end() {
     }
     let others = [
         "n = 0 function step() { n = n + 1 }",
+        "t = 0.0 function add() { t = t + 0.1 } function init() { add() } function step() { log(t) }",
+        "t = 0.0 function _add() { t = t + 0.1 } function step() { log(t) }",
+        "t = 0.0 function init() { neighbors.listen(\"k\", function() { t = 0.0 }) } function step() { t = t + 0.1 }",
         "t = 0.0 function step() { t = t + 0.1 if(t > 10) t = 0.0 }",
         "t = 0.0 function step() { if(t < 10) t = t + 0.1 }",
         "t = 0.0 function step() { if(t > 10) { log(t) return } t = t + 0.1 }",
