@@ -37,8 +37,9 @@ struct Subject {
     name: &'static str,
     mutants: &'static [Mutant],
     tests: Tests,
-    /// Those that CI tries.
-    sample: &'static [&'static str],
+    /// Those that CI tries, each with one test that finds it: to see that no other test does would
+    /// take most of the time.
+    sample: &'static [(&'static str, &'static str)],
 }
 
 /// The tests that must find mistakes.
@@ -79,7 +80,11 @@ const SUBJECTS: &[Subject] = &[
             ],
         },
         // One each of clocks, pins and places.
-        sample: &["pll-multiplier", "baud-rate", "motors-exchanged"],
+        sample: &[
+            ("pll-multiplier", "link::the_radio_is_set_up_once_on_unicorn"),
+            ("baud-rate", "link::a_ping_over_the_radio_comes_back"),
+            ("motors-exchanged", "script::outputs_follow_the_script_on_unicorn"),
+        ],
     },
     Subject {
         name: "zooids",
@@ -99,7 +104,13 @@ const SUBJECTS: &[Subject] = &[
                 "zooids",
             ],
         },
-        sample: &["battery-empty", "power-cut"],
+        sample: &[
+            (
+                "battery-empty",
+                "zooid_battery::a_battery_that_runs_down_warns_stops_and_switches_off",
+            ),
+            ("power-cut", "zooid_failures::a_failure_takes_the_motors_power_first"),
+        ],
     },
     Subject {
         name: "kilobot",
@@ -118,7 +129,7 @@ const SUBJECTS: &[Subject] = &[
                 "kilobot_load",
             ],
         },
-        sample: &["motors-exchanged"],
+        sample: &[("motors-exchanged", "kilobot_board::motors_get_pulses_of_kilolibs_frequency")],
     },
     Subject {
         name: "models",
@@ -129,7 +140,14 @@ const SUBJECTS: &[Subject] = &[
             "bittybuzz-kilobot-board",
             "bittybuzz-zooids-board",
         ]),
-        sample: &["edges-exchanged", "eeprom-unlocked", "detector-always-live"],
+        sample: &[
+            ("edges-exchanged", "stm32::exti::tests::edges_raise_the_chosen_interrupt"),
+            ("eeprom-unlocked", "atmega328p::eeprom::tests::without_the_key_nothing_is_written"),
+            (
+                "detector-always-live",
+                "nrf24::tests::a_packet_latches_the_detector_until_ce_goes_low_or_not_at_all",
+            ),
+        ],
     },
 ];
 
@@ -145,16 +163,26 @@ pub fn items() -> Vec<String> {
     SUBJECTS.iter().flat_map(of_subject).collect()
 }
 
-/// Those that CI tries.
-pub fn sample() -> Vec<String> {
+/// Those that CI tries, each with the test that finds it.
+pub fn sample() -> Vec<(String, &'static str)> {
     let of_subject = |subject: &Subject| {
-        subject.sample.iter().map(|name| format!("{} {name}", subject.name)).collect::<Vec<_>>()
+        let chosen = subject.sample.iter();
+        chosen.map(|(name, test)| (format!("{} {name}", subject.name), *test)).collect::<Vec<_>>()
     };
     SUBJECTS.iter().flat_map(of_subject).collect()
 }
 
-/// Builds and tests the sources with the mistake of that name.
+/// Builds the sources with the mistake of that name, and runs all tests of its subject.
 pub fn run(item: &str) -> Result<Verdict> {
+    run_tests(item, None)
+}
+
+/// Like [`run`], with one test.
+pub fn run_one(item: &str, test: &str) -> Result<Verdict> {
+    run_tests(item, Some(test))
+}
+
+fn run_tests(item: &str, only: Option<&str>) -> Result<Verdict> {
     let chosen = item.split_once(' ').and_then(|(subject, name)| {
         let subject = SUBJECTS.iter().find(|known| known.name == subject)?;
         Some((subject, subject.mutants.iter().find(|mutant| mutant.name == name)))
@@ -165,7 +193,7 @@ pub fn run(item: &str) -> Result<Verdict> {
     println!("\n== {item}: {}", mutant.map_or("nothing", |mutant| mutant.breaks));
     let folder = target()?.join("soak/mutants");
     let copy = copy_with(mutant)?;
-    let output = subject.tests.run(&copy, &folder)?;
+    let output = subject.tests.run(&copy, &folder, only)?;
     let failed = failures(&output);
     match (mutant, failed.is_empty()) {
         (Some(_), true) => Ok(Verdict::Missing("no test finds it".to_owned())),
@@ -201,8 +229,9 @@ pub fn mutate(mutant: &Mutant, text: &str) -> Result<String> {
 }
 
 impl Tests {
-    /// Returns the output of the tests. Cargo stops after the first program of tests with a failure.
-    fn run(&self, copy: &Copy, folder: &Path) -> Result<String> {
+    /// Returns the output of the tests, or of one of them. Cargo stops after the first program of
+    /// tests with a failure.
+    fn run(&self, copy: &Copy, folder: &Path, only: Option<&str>) -> Result<String> {
         let line = match self {
             Tests::OfImage { board, variable, behaviors, modules } => {
                 let target = folder.join(board.robot);
@@ -218,7 +247,10 @@ impl Tests {
                 };
                 let modules: Vec<String> = modules.iter().map(|name| format!("{name}::")).collect();
                 let modules: Vec<&str> = modules.iter().map(String::as_str).collect();
-                let filters = [&modules[..], &SKIP_SLOW, others].concat();
+                let filters = match &only {
+                    Some(test) => vec!["--exact", *test],
+                    None => [&modules[..], &SKIP_SLOW, others].concat(),
+                };
                 let bytes = fs::read(&image)?;
                 for name in *behaviors {
                     sources::write(&images.join(name).with_extension("elf"), &bytes)?;
@@ -229,7 +261,8 @@ impl Tests {
             }
             Tests::OfPackages(packages) => {
                 let packages = packages.iter().flat_map(|package| ["--package", package]);
-                in_copy(cargo_test(&packages.collect::<Vec<_>>()), copy, "")
+                let filters = only.iter().flat_map(|test| ["--", "--exact", test]);
+                in_copy(cargo_test(&packages.chain(filters).collect::<Vec<_>>()), copy, "")
             }
         };
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -292,7 +325,7 @@ mod tests {
         let all = items();
         let names: BTreeSet<&String> = all.iter().collect();
         assert_eq!(names.len(), all.len());
-        assert!(sample().iter().all(|name| names.contains(name)));
+        assert!(sample().iter().all(|(name, _)| names.contains(name)));
     }
 
     const MUTANT: Mutant =
