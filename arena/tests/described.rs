@@ -174,6 +174,68 @@ fn sensors_measure_the_world() {
     close(battery.unwrap().into(), 4000.0 - 5.1 * 1000.0 / 60.0, 1.0);
 }
 
+/// A robot at (300, -200) that looks along y and drives ahead at 50 mm/s: its tables have the place in the step before it
+/// moves, and are new in every step. A wall stands at y = 400.
+#[test]
+fn tables_are_filled_before_each_step() {
+    let body = "drive = \"unicycle\"\nspeed_mm_s = 100\nturn_deg_s = 90\n\n\
+                [[sensor]]\nname = \"gps\"\nkind = \"positioning\"\n\n\
+                [[sensor]]\nname = \"ring\"\nkind = \"proximity\"\ndirections_deg = [0, 90]\nrange_mm = 1000\n\n\
+                [[value]]\nname = \"pose.position.x\"\nreads = \"gps.x m\"\nhelp = \"m\"\n\n\
+                [[value]]\nname = \"pose.position.y\"\nreads = \"gps.y m\"\nhelp = \"m\"\n\n\
+                [[value]]\nname = \"pose.orientation.yaw\"\nreads = \"gps.heading rad\"\nhelp = \"rad\"\n\n\
+                [[value]]\nname = \"proximity[].value\"\nreads = \"ring\"\ncurve = [[0, 1], [1000, 0]]\nhelp = \"1 in contact\"\n\n\
+                [[value]]\nname = \"proximity[].angle\"\nis = [0.0, 1.5708]\nhelp = \"rad\"";
+    let functions = function("go", "v: number", "sets = { forward = \"v\" }")
+        + &function("debug.print", "values: any...", "logs = true");
+    // 48 steps after the first, each of which is 5 mm further than the one before.
+    let script = "n = 0 sum = 0 first = pose.position.x same = 0\n\
+                  function init() { old = pose.position }\n\
+                  function step() {\n\
+                    go(50)\n\
+                    n = n + 1\n\
+                    sum = sum + pose.position.y - old.y\n\
+                    if(old == pose.position) same = same + 1\n\
+                    old = pose.position\n\
+                    x = pose.position.x y = pose.position.y yaw = pose.orientation.yaw\n\
+                    ahead = proximity[0].value left = proximity[1].value angle = proximity[1].angle\n\
+                    debug.print(n)\n\
+                  }\n";
+    let files = [("s.bzz", script), ("mine.toml", &robot(body, &functions))];
+    let folder = folder("tables", &files);
+    let world = WORLD
+        .replace("positions = [[0, 0]]", "positions = [[300, -200]]")
+        .replace("heading = 0", "heading = 90")
+        .replace(
+            "duration = 5\n",
+            "duration = 5\nobstacles = [{ from = [-500, 400], to = [900, 400] }]\n",
+        );
+    let expect = |global: &str, value: f64| {
+        format!(
+            "[[expect]]\nat = 5\nvalue = \"global.{global}\"\nequals = {value}\ntolerance = 0.001\n"
+        )
+    };
+    // The last step is the 49th, after 48 moves of 5 mm.
+    let y = -0.2 + 48.0 * 0.005;
+    let text = [
+        world,
+        expect("n", 49.0),
+        expect("first", 0.3),
+        expect("sum", 48.0 * 0.005),
+        expect("same", 0.0),
+        expect("x", 0.3),
+        expect("y", y),
+        expect("yaw", FRAC_PI_2),
+        // From the rim, of radius 30 mm, to the wall.
+        expect("ahead", 1.0 - (0.4 - y - 0.03)),
+        // Nothing is near.
+        expect("left", 0.0),
+        expect("angle", 1.5708),
+    ];
+    let summary = run_with(&folder, &text.concat(), 1, |_| ());
+    assert!(summary.is_success(), "{:?}\n{:?}", summary.convergences, summary.faults);
+}
+
 /// Two robots 500 mm apart hear each other, with distance and direction; one 2 m away does not.
 #[test]
 fn messages_come_with_range_and_bearing() {

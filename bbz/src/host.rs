@@ -119,8 +119,11 @@ impl<P: Profile> Host<P> for HostRobot<'_> {
             self.functions.iter().filter(|known| known.hash() == function).copied().collect();
         let (accepted, _) = accepting(&candidates, &arguments)
             .inspect_err(|_| self.refusal = Some(accepted_lists(&candidates)))?;
-        let line = self.call_text(&accepted.name, &arguments);
-        self.output.line(&line);
+        // No script calls a function that reads a value.
+        if !accepted.is_reader() {
+            let line = self.call_text(&accepted.name, &arguments);
+            self.output.line(&line);
+        }
         Ok(Reply::Value(idle_result(accepted)))
     }
 

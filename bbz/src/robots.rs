@@ -3,8 +3,10 @@
 
 use bittybuzz_robot_files::{all_shipped, find};
 use bittybuzz_robot_spec::{
-    BodySpec, Budget, FunctionEffect, Indicator, OnFault, Robot, Sensor, SensorKind, Setting,
+    BodySpec, Budget, FunctionEffect, Indicator, OnFault, Robot, Sensor, SensorKind, SensorReading,
+    Setting, TableValue, ValueScale, ValueSource,
 };
+use bittybuzz_toml_reader::number_text;
 use clap::Args;
 
 use crate::exit::ExitStatus;
@@ -41,7 +43,8 @@ fn list(robots: &[Robot]) -> String {
     let mut text =
         format!("{:<12}{:<18}{:<9}{:<15}functions\n", "name", "robot", "profile", "chip");
     for robot in robots {
-        let names: Vec<&str> = robot.functions.iter().map(|function| &*function.name).collect();
+        let called = robot.functions.iter().filter(|function| !function.is_reader());
+        let names: Vec<&str> = called.map(|function| &*function.name).collect();
         let chip = robot.chip.as_deref().unwrap_or("-");
         let (name, title, profile) = (&robot.name, &robot.title, robot.profile.name());
         let line = format!("{name:<12}{title:<18}{profile:<9}{chip:<15}{}", names.join(", "));
@@ -57,7 +60,7 @@ pub fn describe(robot: &Robot) -> String {
     lines.extend(limits(robot).map(|limit| format!("  {limit}")));
     lines.extend(robot.body.as_ref().map(|body| format!("  {}", body_text(body))));
     lines.extend(robot.sensors.iter().map(|sensor| format!("  {}", sensor_text(sensor))));
-    for function in &robot.functions {
+    for function in robot.functions.iter().filter(|function| !function.is_reader()) {
         lines.push(String::new());
         lines.extend(function.forms());
         let waits = if function.waits { "; the script waits until that is done" } else { "" };
@@ -70,6 +73,11 @@ pub fn describe(robot: &Robot) -> String {
         let fields: Vec<String> = table.fields.iter().map(ToString::to_string).collect();
         lines.push(format!("\n{} = {{ {} }}", table.name, fields.join(", ")));
         lines.push(format!("    {}", table.help));
+    }
+    for value in &robot.values {
+        lines.push(format!("\n{}{}", value.path, count_text(value)));
+        lines.push(format!("    {}", value.help));
+        lines.push(format!("    in bbz sim: {}", value_text(value, &robot.sensors)));
     }
     for Setting { name, least, most, help } in &robot.settings {
         lines.push(format!("\nbbz flash --set {name}={least} to {name}={most}\n    {help}"));
@@ -136,6 +144,7 @@ fn sensor_text(sensor: &Sensor) -> String {
             format!(", {full_mv} to {empty_mv} mV in {minutes} minutes")
         }
         SensorKind::Light { .. } | SensorKind::Ground => ", 0 to 1023".to_owned(),
+        SensorKind::Positioning { .. } => String::new(),
     };
     format!("sensor {}: {kind}{limits}", sensor.name)
 }
@@ -150,10 +159,42 @@ fn effect_text(effect: &FunctionEffect, sensors: &[Sensor]) -> String {
     if effect.logs {
         parts.push("logs its arguments".to_owned());
     }
-    if let Some(reading) = effect.reads {
-        let sensor = &sensors[reading.sensor];
-        let (value, unit) = (reading.value.suffix(), reading.value.unit(&sensor.kind));
-        parts.push(format!("reads {}{value} ({unit})", sensor.name));
-    }
+    parts.extend(effect.reads.map(|reading| format!("reads {}", reading_text(reading, sensors))));
     parts.join("; ")
+}
+
+/// Returns a text such as `ring.0 (mm)`.
+fn reading_text(reading: SensorReading, sensors: &[Sensor]) -> String {
+    let sensor = &sensors[reading.sensor];
+    let (value, unit) = (reading.value.suffix(), reading.value.unit(&sensor.kind));
+    format!("{}{value} ({unit})", sensor.name)
+}
+
+/// Returns a text such as `, 8 elements`; nothing for a single value.
+fn count_text(value: &TableValue) -> String {
+    value.elements.map_or(String::new(), |count| match count {
+        1 => ", 1 element".to_owned(),
+        _ => format!(", {count} elements"),
+    })
+}
+
+/// Returns a text such as `0.001 * gps.x (mm)` or `always 0.0`.
+fn value_text(value: &TableValue, sensors: &[Sensor]) -> String {
+    match &value.source {
+        ValueSource::Constant(all) => {
+            let all: Vec<String> = all.iter().map(ToString::to_string).collect();
+            format!("always {}", all.join(", "))
+        }
+        ValueSource::Reading(reading) => {
+            let readings = reading.readings.iter().map(|one| reading_text(*one, sensors));
+            let readings = readings.collect::<Vec<_>>().join(", ");
+            match &reading.scale {
+                ValueScale::Factor(1.0) => readings,
+                ValueScale::Factor(factor) => format!("{} * {readings}", number_text(*factor)),
+                ValueScale::Curve(points) => {
+                    format!("{readings}, by a curve of {} points", points.len())
+                }
+            }
+        }
+    }
 }

@@ -1,10 +1,12 @@
-//! `bbz stubs`: writes a robot file, to start from, for the robot functions that a script calls.
+//! `bbz stubs`: writes a robot file, to start from, for the robot functions that a script calls and
+//! for the tables of the robot that it reads.
 
 use std::path::{Path, PathBuf};
 
-use bittybuzz_compiler::check::missing::{Missing, MissingFunction, missing};
+use bittybuzz_compiler::check::missing::{Missing, MissingFunction, MissingValue, missing};
 use bittybuzz_compiler::source::SourceMap;
-use bittybuzz_robot_spec::{PARAMETERS_MAX, Robot, is_robot_name};
+use bittybuzz_robot_files::all_shipped;
+use bittybuzz_robot_spec::{PARAMETERS_MAX, Robot, TableValue, is_robot_name, table_of};
 use clap::Args;
 
 use crate::exit::ExitStatus;
@@ -16,7 +18,8 @@ use crate::whole_file::{self, Inputs};
 
 const EXAMPLES: &str = "\
 Examples:
-  bbz stubs patrol.bzz                   prints a robot file with the functions that patrol.bzz calls
+  bbz stubs patrol.bzz                   prints a robot file with the functions that patrol.bzz calls, and
+                                         with the tables of the robot that it reads
   bbz stubs patrol.bzz -o rover.toml     writes it; then `bbz check patrol.bzz --robot rover.toml`
 
 docs/own-robot.md leads from there to a robot that moves in `bbz sim`.
@@ -95,9 +98,14 @@ fn robot_file(
     sources: &SourceMap,
 ) -> String {
     let mut text = format!(
-        "# The robot of {}. Each function is only logged: give it an effect with `sets` or `reads`.\n\n",
+        "# The robot of {}. Each function is only logged: give it an effect with `sets` or `reads`.\n",
         one_line(script)
     );
+    if !missing.values.is_empty() {
+        text += "# Each value of a table is always 0: give it a sensor with `reads`.\n";
+    }
+    text += &like(missing);
+    text += "\n";
     text += &format!("name = \"{}\"\n\n{BODY}", robot_name(output.unwrap_or(script)));
     if missing.has_position {
         text += POSITION;
@@ -105,7 +113,53 @@ fn robot_file(
     for function in &missing.functions {
         text += &function_section(function, sources);
     }
+    for value in &missing.values {
+        text += &value_section(value, sources);
+    }
     text
+}
+
+/// Returns a comment that names the robots that ship and have everything that the script requires;
+/// nothing if there is none.
+fn like(missing: &Missing) -> String {
+    let functions = missing.functions.iter().map(|function| function.name.as_str());
+    let tables = missing.values.iter().map(|value| table_of(&value.path));
+    let names: Vec<&str> = functions.chain(tables).collect();
+    let has = |robot: &Robot, name: &str| {
+        robot.function(name).is_some() || values_in(robot, name).next().is_some()
+    };
+    let robots: Vec<String> = all_shipped()
+        .iter()
+        .filter(|robot| names.iter().all(|name| has(robot, name)))
+        .map(|robot| format!("`--robot {}`", robot.name))
+        .collect();
+    match robots.is_empty() || names.is_empty() {
+        true => String::new(),
+        false => format!("# These have all of them already: {}.\n", robots.join(", ")),
+    }
+}
+
+/// Returns the values of a robot in the table of that name.
+fn values_in<'a>(robot: &'a Robot, table: &'a str) -> impl Iterator<Item = &'a TableValue> {
+    robot.values.iter().filter(move |value| value.path.table() == table)
+}
+
+/// The number of elements of a list; a script does not say how many its robot has.
+const ELEMENTS: u32 = 8;
+
+fn value_section(value: &MissingValue, sources: &SourceMap) -> String {
+    let path = one_line(sources.path(value.first_use.file));
+    let place = sources.line_column(value.first_use);
+    let is_list = value.path.contains('[');
+    let (count, meaning) = match is_list {
+        true => (format!("count = {ELEMENTS}\n"), format!("of {ELEMENTS} elements")),
+        false => (String::new(), "a number".to_owned()),
+    };
+    format!(
+        "\n# First used in {path}:{}:{}.\n[[value]]\nname = \"{}\"\nis = 0.0\n{count}\
+         help = \"{meaning}\"\n",
+        place.line, place.column, value.path,
+    )
 }
 
 fn function_section(function: &MissingFunction, sources: &SourceMap) -> String {
@@ -118,7 +172,11 @@ fn function_section(function: &MissingFunction, sources: &SourceMap) -> String {
     let before = if counts.is_empty() { "" } else { " or " };
     let counts = format!("{}{before}{last}", counts.join(", "));
     let noun = if function.counts.iter().eq([&1]) { "argument" } else { "arguments" };
-    let returns = if function.is_result_used { "returns = \"int\"\n" } else { "" };
+    let returns = match (function.is_result_used, function.is_text) {
+        (true, true) => "returns = \"string\"\n",
+        (true, false) => "returns = \"int\"\n",
+        (false, _) => "",
+    };
     format!(
         "\n# First called in {path}:{}:{}.\n[[function]]\nname = \"{}\"\naccepts = [{}]\n{returns}\
          logs = true\nhelp = \"called with {} {noun}\"\n",

@@ -126,6 +126,34 @@ fn a_robot_file_is_written_that_the_script_runs_on() {
     assert!(simulated.stdout.contains("     0.1     0  12345678\n"), "{}", simulated.stdout);
 }
 
+/// Tables of the robot, functions in them, and functions that return a text.
+#[test]
+fn tables_of_the_robot_are_written() {
+    let folder = Folder::new("stubs_tables");
+    let script = "\
+        function step() {\n\
+          if(pose.position.x > 1 or proximity[2].value > 0) ui.set_hex(3)\n\
+          log(string.length(cell()), \" \", size(proximity))\n\
+        }\n";
+    folder.write("host.bzz", script);
+    let written = folder.bbz(&["stubs", "host.bzz", "-o", "host.toml"]);
+    assert_eq!(written.status, Some(0), "{}", written.stderr);
+    let text = String::from_utf8(folder.read("host.toml")).unwrap();
+    for part in [
+        "# Each value of a table is always 0: give it a sensor with `reads`.\n",
+        "name = \"ui.set_hex\"\naccepts = [\"a1: any\"]\nlogs = true\n",
+        "name = \"cell\"\naccepts = [\"\"]\nreturns = \"string\"\n",
+        "# First used in host.bzz:2:4.\n[[value]]\nname = \"pose.position.x\"\nis = 0.0\n",
+        "[[value]]\nname = \"proximity[].value\"\nis = 0.0\ncount = 8\n",
+    ] {
+        assert!(text.contains(part), "{part}\nin\n{text}");
+    }
+    let run = folder.bbz(&["run", "host.bzz", "--robot", "host.toml", "--steps", "1"]);
+    assert_eq!((run.status, run.stdout.as_str()), (Some(0), "cell()\n0 8\n"), "{}", run.stderr);
+    let checked = folder.bbz(&["check", "host.bzz", "--robot", "host.toml"]);
+    assert_eq!((checked.status, checked.stderr.as_str()), (Some(0), ""));
+}
+
 #[test]
 fn a_script_that_calls_nothing_has_a_robot_without_functions() {
     let folder = Folder::new("stubs_none");

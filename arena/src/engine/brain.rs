@@ -174,6 +174,12 @@ pub struct Sensors<'a> {
 }
 
 impl Sensors<'_> {
+    /// Returns the true pose, for the sensors of robots that a tracking system measures.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        *self.pose
+    }
+
     /// Returns the robot's estimate of its pose; `None` on a Kilobot or without a positioning
     /// system.
     #[must_use]

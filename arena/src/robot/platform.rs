@@ -121,8 +121,8 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         if let Some(seen) = seen {
             seen.log(&memory.logged[lines..]);
             // A function that waits is called in every run. Only its first and its last call are
-            // recorded.
-            if !(again && done == Done::Wait) {
+            // recorded. No script calls those that read values.
+            if !(again && done == Done::Wait) && !function.is_reader() {
                 seen.call(&function.name, pieces(), result_of(&reply));
             }
         }

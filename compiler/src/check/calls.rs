@@ -26,6 +26,12 @@ impl Checker<'_> {
                 if let Some(library) = self.meanings.library(object) {
                     let spans = [callee.span, *key_span, span];
                     self.check_member_call(library, key, args, spans);
+                } else if let Some(field) = self.host_field(object, key) {
+                    let code = DiagnosticCode::UnknownMemberCalled;
+                    let message = format!("`{}` has no function `{key}`", field.table);
+                    let diagnostic = self.unknown_function(code, *key_span, message);
+                    let diagnostic = field.advise(key, diagnostic, *key_span);
+                    self.report(diagnostic.label("does not exist"));
                 }
             }
             _ => {

@@ -6,10 +6,11 @@ use std::collections::BTreeSet;
 
 use bittybuzz_vm_core::builtin::Library;
 
+use crate::check::host::HostField;
 use crate::check::names::Meanings;
 use crate::check::reach;
 use crate::check::suggest::{self, Advice};
-use crate::check::tree::{FunctionId, NameId, ResolvedScript};
+use crate::check::tree::{CheckedExpr, FunctionId, NameId, ResolvedScript};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::profile::NumberProfile;
@@ -83,6 +84,13 @@ impl<'a> Checker<'a> {
     pub fn likely_name(&mut self, name: &str) -> Option<Advice> {
         self.searches_left = self.searches_left.checked_sub(1)?;
         suggest::for_name(name, self.program, self.function, self.meanings.robots())
+    }
+
+    /// Returns the table of a field that a robot's table certainly does not have.
+    pub fn host_field(&self, object: &CheckedExpr, key: &str) -> Option<HostField<'a>> {
+        let program: &'a ResolvedScript = self.program;
+        let field = program.host.unknown_field(program, object, key)?;
+        (!self.program.hidden.is_lost(key)).then_some(field)
     }
 
     /// Returns true if a condition around the current place ensures that the name is not nil.

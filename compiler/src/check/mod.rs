@@ -9,6 +9,7 @@ mod checker;
 mod conflicts;
 mod entries;
 mod forgotten;
+mod host;
 pub mod missing;
 pub mod names;
 mod overflow;
@@ -54,6 +55,7 @@ pub fn check<'a>(
 ) -> Checked<'a> {
     let (mut program, mut diagnostics) = resolve::resolve(script);
     program.hidden = hidden;
+    host::furnish(&mut program, robots, profile);
     let meanings = Meanings::new(&program, robots, profile);
     diagnostics.extend(shadowing::check_names(&program, robots, profile));
     diagnostics.extend(walk::check_expressions(&program, &meanings, profile));

@@ -1,8 +1,17 @@
 //! The functions that robots provide to the script: those of the target robot, or those of all
 //! known robots if no robot is named.
 
-use bittybuzz_robot_spec::{Robot, RobotFunction};
+use bittybuzz_robot_spec::{Robot, RobotFunction, table_of};
 use bittybuzz_vm_core::builtin::{self, Library};
+
+/// Returns the names of a robot's functions and tables. Some names occur several times: those of tables
+/// in which functions and values stand.
+fn names(robot: &Robot) -> impl Iterator<Item = &str> {
+    let functions = robot.functions.iter().map(|function| function.name.as_str());
+    let values = robot.values.iter().map(|value| value.path.text());
+    let tables = robot.tables.iter().map(|table| table.name.as_str());
+    functions.chain(values).map(table_of).chain(tables)
+}
 
 /// The robots that a script is compiled for.
 #[derive(Debug, Clone, Copy)]
@@ -39,16 +48,13 @@ impl<'a> KnownRobots<'a> {
 
     /// Returns the titles of the known robots that have a function or table of that name.
     pub fn elsewhere(self, name: &str) -> Vec<&'a str> {
-        let has = |robot: &&Robot| robot.function(name).is_some() || robot.table(name).is_some();
+        let has = |robot: &&Robot| names(robot).any(|known| known == name);
         self.known.iter().filter(has).map(|robot| robot.title.as_str()).collect()
     }
 
     /// Returns the names of all functions and tables of the robots that run the script.
     pub fn names(self) -> impl Iterator<Item = &'a str> {
-        self.targets().flat_map(|robot| {
-            let functions = robot.functions.iter().map(|function| function.name.as_str());
-            functions.chain(robot.tables.iter().map(|table| table.name.as_str()))
-        })
+        self.targets().flat_map(names)
     }
 
     /// Returns the members of a library that exist on the robots that run the script.

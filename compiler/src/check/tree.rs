@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::ast::{BinaryOp, UnaryOp};
+use crate::check::host::HostTables;
 use crate::constant::ConstantNumber;
 use crate::parser::Hidden;
 use crate::profile::{self, NumberProfile};
@@ -39,6 +40,8 @@ pub struct ResolvedScript {
     pub names: Vec<FreeName>,
     /// The names that syntax errors hide.
     pub hidden: Hidden,
+    /// The tables that the robot fills.
+    pub host: HostTables,
     numbers: HashMap<String, NameId>,
 }
 
@@ -380,6 +383,68 @@ pub fn each_expr<'a>(stmts: &'a [CheckedStmt], visit: &mut dyn FnMut(&'a Checked
 fn with_children<'a>(expr: &'a CheckedExpr, visit: &mut dyn FnMut(&'a CheckedExpr)) {
     visit(expr);
     children(expr, |child| with_children(child, visit));
+}
+
+/// Calls `visit` for every expression in the statements, inner ones first, to change them. The bodies
+/// of lambdas are not visited, because lambdas are functions of their own.
+pub fn each_expr_mut(stmts: &mut [CheckedStmt], visit: &mut dyn FnMut(&mut CheckedExpr)) {
+    for stmt in stmts {
+        match &mut stmt.kind {
+            CheckedStmtKind::Var { value, .. } | CheckedStmtKind::Return(value) => {
+                value.iter_mut().for_each(|value| inner_first(value, visit));
+            }
+            CheckedStmtKind::Assign { target, value } => {
+                inner_first(target, visit);
+                inner_first(value, visit);
+            }
+            CheckedStmtKind::If { branches, otherwise } => {
+                for CheckedBranch { condition, then } in branches {
+                    inner_first(condition, visit);
+                    each_expr_mut(&mut then.stmts, visit);
+                }
+                each_expr_mut(&mut otherwise.stmts, visit);
+            }
+            CheckedStmtKind::While { condition, body, update } => {
+                inner_first(condition, visit);
+                each_expr_mut(&mut body.stmts, visit);
+                let update = update.as_deref_mut();
+                each_expr_mut(update.map_or(&mut [], std::slice::from_mut), visit);
+            }
+            CheckedStmtKind::Call(call) => inner_first(call, visit),
+        }
+    }
+}
+
+fn inner_first(expr: &mut CheckedExpr, visit: &mut dyn FnMut(&mut CheckedExpr)) {
+    match &mut expr.kind {
+        CheckedExprKind::Field { object, .. } => inner_first(object, visit),
+        CheckedExprKind::Index { object, index } => {
+            inner_first(object, visit);
+            inner_first(index, visit);
+        }
+        CheckedExprKind::Call { callee, args } => {
+            inner_first(callee, visit);
+            args.iter_mut().for_each(|arg| inner_first(arg, visit));
+        }
+        CheckedExprKind::Table(entries) => {
+            entries.iter_mut().for_each(|(_, value)| inner_first(value, visit));
+        }
+        CheckedExprKind::Unary { operand, .. } => inner_first(operand, visit),
+        CheckedExprKind::Chain { first, links } => {
+            inner_first(first, visit);
+            links.iter_mut().for_each(|link| inner_first(&mut link.right, visit));
+        }
+        CheckedExprKind::Nil
+        | CheckedExprKind::Int(_)
+        | CheckedExprKind::Float(_)
+        | CheckedExprKind::Str(_)
+        | CheckedExprKind::Local(_)
+        | CheckedExprKind::Name(_)
+        | CheckedExprKind::SelfValue
+        | CheckedExprKind::Lambda(_)
+        | CheckedExprKind::Error => {}
+    }
+    visit(expr);
 }
 
 /// Collects the values that statements assign to each global.

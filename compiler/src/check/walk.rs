@@ -304,6 +304,12 @@ impl Checker<'_> {
 
     /// Checks a field of a library that is read, not called.
     fn member(&mut self, object: &CheckedExpr, key: &str, span: Span) {
+        if let Some(field) = self.host_field(object, key) {
+            let message = format!("`{}` has no `{key}`: it is nil", field.table);
+            let diagnostic = Diagnostic::new(DiagnosticCode::UnknownMember, span, message);
+            self.report(field.advise(key, diagnostic, span).label("always nil"));
+            return;
+        }
         let Some(library) = self.meanings.library(object) else { return };
         if !matches!(self.meanings.member(library, key), LibraryMember::Absent)
             || self.may_be_member(library, key)

@@ -37,6 +37,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use bittybuzz_vm_core::builtin::{self, Feature};
 use bittybuzz_vm_core::hash::name_hash;
+use bittybuzz_vm_core::image::EntryPoint;
 
 use crate::asm::{AsmError, AsmErrorKind, FunctionCode};
 use crate::check::names::Meanings;
@@ -121,10 +122,20 @@ pub fn generate(
     };
     // The entry points enter the list of functions first. The loop below then generates every
     // function of the list, which grows as the code refers to more functions.
-    let entries = ENTRIES.map(|name| generator.entry(name).to_count());
+    let mut entries = ENTRIES.map(|name| generator.entry(name).to_count());
     let mut codes: Vec<FunctionCode> = Vec::new();
     let mut locals = Vec::new();
-    while let Some(id) = generator.functions.get(codes.len()).copied() {
+    let mut filling = program.host.step;
+    loop {
+        let Some(id) = generator.functions.get(codes.len()).copied() else {
+            // The function that fills tables comes last, and all others keep their numbers.
+            let Some(id) = filling.take() else { break };
+            let step = EntryPoint::Function(generator.function(id) as u16);
+            let places = ENTRIES.iter().zip(&mut entries);
+            let entry = places.into_iter().find(|(name, _)| **name == "step");
+            entry.into_iter().for_each(|(_, entry)| *entry = step.to_count());
+            continue;
+        };
         match function::generate(&mut generator, id) {
             Ok((code, of_function)) => {
                 codes.push(code);

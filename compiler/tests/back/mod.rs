@@ -11,6 +11,7 @@ mod diagnostics;
 mod disasm;
 mod fit;
 mod folding;
+mod host_tables;
 mod image;
 mod libraries;
 mod locals;

@@ -63,3 +63,75 @@ fn use_of_the_position_table_is_detected() {
         assert_eq!(missing(&parse_text(text).script).has_position, has_position, "{text}");
     }
 }
+
+/// The paths of the missing values, and the missing functions in tables with their counts.
+fn values(text: &str) -> (Vec<String>, Vec<String>) {
+    let parsed = parse_text(text);
+    assert!(!parsed.has_errors(), "{text}\n{:#?}", parsed.diagnostics);
+    let missing = missing(&parsed.script);
+    let functions = missing.functions.iter().filter(|function| function.name.contains('.'));
+    (
+        missing.values.into_iter().map(|value| value.path).collect(),
+        functions.map(|function| format!("{} {:?}", function.name, function.counts)).collect(),
+    )
+}
+
+#[test]
+fn fields_of_tables_that_nothing_defines() {
+    for (text, expected) in [
+        ("log(pose.position.x, pose.orientation.yaw)", "pose.orientation.yaw pose.position.x"),
+        (
+            "i = 0 log(proximity[i].value) log(proximity[2].angle)",
+            "proximity[].angle proximity[].value",
+        ),
+        // A path that leads on is a table.
+        ("p = pose.position log(pose.position.x)", "pose.position.x"),
+        (
+            "foreach(ground, function(k, v) { log(k, v.value, v.offset) })",
+            "ground[].offset ground[].value",
+        ),
+        ("function f(k, v) { log(v.value) } foreach(ground, f)", "ground[].value"),
+        ("foreach(lidar, function(k, v) { log(v) })", "lidar[]"),
+        ("log(blobs[0].color.red)", "blobs[].color.red"),
+        // A key may itself be such a value.
+        ("log(a[b.c].d)", "a[].d b.c"),
+        // Neither of these is a value of the robot's.
+        ("t = {} log(t.x, t[1].y) log(pos.x) log(x)", ""),
+        ("function f(t) { log(t.x) } var u = {} log(u.x)", ""),
+        ("log(a[1][2])", ""),
+    ] {
+        assert_eq!(values(text).0.join(" "), expected, "{text}");
+    }
+}
+
+#[test]
+fn functions_in_tables_that_nothing_defines() {
+    let (found, functions) =
+        values("debug.print(1) debug.rays.add(1, 2) debug.print() log(debug.queue.total)");
+    assert_eq!(found, ["debug.queue.total"]);
+    assert_eq!(functions, ["debug.print {0, 1}", "debug.rays.add {2}"]);
+    // What is called is no value.
+    assert_eq!(values("goto(1) log(goto.x) ui.set(1) f = ui.set").0, [""; 0]);
+    // A function in a list has no name in a robot file.
+    assert_eq!(values("x[1].run(2)"), (vec![], vec![]));
+}
+
+#[test]
+fn results_that_are_used_as_texts() {
+    let is_text = |text: &str| {
+        let missing = missing(&parse_text(text).script);
+        missing.functions.iter().find(|function| function.name == "cell").map(|it| it.is_text)
+    };
+    for text in [
+        "log(string.length(cell()))",
+        "c = cell() log(string.sub(c, 0, 1))",
+        "function f() { var c = cell() return string.concat(\"a\", c) }",
+        "if(cell() == \"home\") log(1)",
+        "c = cell() if(\"home\" != c) log(1)",
+    ] {
+        assert_eq!(is_text(text), Some(true), "{text}");
+    }
+    for text in ["log(cell())", "x = cell() + 1", "log(string.tostring(cell()))", "cell()"] {
+        assert_eq!(is_text(text), Some(false), "{text}");
+    }
+}

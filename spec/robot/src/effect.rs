@@ -7,6 +7,7 @@ use bittybuzz_toml_reader::number_text;
 
 use crate::Parameter;
 use crate::sensor::SensorReading;
+use crate::value::ValueReading;
 
 /// An effect of a function. All of it happens in each call, in the order of the fields. If `reads`
 /// is `None`, a function with a result returns 0.
@@ -19,6 +20,9 @@ pub struct FunctionEffect {
     pub logs: bool,
     /// The value that the function returns.
     pub reads: Option<SensorReading>,
+    /// The value with which the function fills a table of the script. No script calls such a
+    /// function by its name.
+    pub fills: Option<ValueReading>,
 }
 
 /// A quantity and the value that a call gives to it.

@@ -95,6 +95,27 @@ pub enum RobotFileCause {
     UnknownSensor { name: String, known: Vec<String> },
     /// A value that the sensor does not have, or no value for a sensor with several.
     UnknownSensorValue { sensor: String, value: Option<String>, known: Vec<String> },
+    /// A name of a value that leads into no table.
+    BadPath { text: String },
+    /// A name that is that of a table with other names in it.
+    NameIsTable { name: String, line: usize },
+    /// A value that is neither a number nor a reading.
+    NoValue { name: String },
+    /// Several numbers or readings for a value that is no list.
+    NotAList { name: String },
+    /// A list whose number of elements is not known.
+    NoCount { name: String },
+    /// A second number of elements for a list. `line` has the first, unless `count` of the same value
+    /// differs.
+    OtherCount { name: String, count: u32, other: u32, line: Option<usize> },
+    /// No element or too many elements.
+    NumberOfElements { count: usize, most: u32 },
+    /// Readings of one value in different units.
+    UnlikeUnits,
+    /// A curve for a reading in a unit.
+    CurveWithUnit,
+    /// A curve that is not at least two pairs by rising readings.
+    BadCurve,
     /// A function that reads one of several beams without a choice of the beam.
     WhichBeam { sensor: String, count: usize, most: usize },
 }
@@ -255,6 +276,34 @@ impl fmt::Display for RobotFileCause {
             RobotFileCause::UnknownSensorValue { sensor, value: None, .. } => {
                 write!(f, "the sensor `{sensor}` has several values")
             }
+            RobotFileCause::BadPath { text } => {
+                write!(f, "`{text}` is not the place of a value in a table")
+            }
+            RobotFileCause::NameIsTable { name, .. } => {
+                write!(f, "`{name}` is a table of this robot, and nothing else")
+            }
+            RobotFileCause::NoValue { name } => write!(f, "`{name}` has no value"),
+            RobotFileCause::NotAList { name } => {
+                write!(f, "`{name}` is one value, not one for each element of a list")
+            }
+            RobotFileCause::NoCount { name } => {
+                write!(f, "the number of elements of `{name}` is not known")
+            }
+            RobotFileCause::OtherCount { name, count, other, .. } => {
+                write!(f, "`{name}` has {count} elements here and {other} elsewhere")
+            }
+            RobotFileCause::NumberOfElements { count, .. } => {
+                write!(f, "a list cannot have {count} elements")
+            }
+            RobotFileCause::UnlikeUnits => {
+                write!(f, "all readings of a value have the same unit")
+            }
+            RobotFileCause::CurveWithUnit => {
+                write!(f, "a reading with a `curve` has no other unit")
+            }
+            RobotFileCause::BadCurve => {
+                write!(f, "`curve` must be at least two pairs, by rising readings")
+            }
             RobotFileCause::WhichBeam { sensor, count, .. } => {
                 write!(
                     f,
@@ -360,6 +409,38 @@ impl toml_reader::Cause for RobotFileCause {
                 let known: Vec<String> =
                     known.iter().map(|value| format!("\"{sensor}.{value}\"")).collect();
                 Some(format!("one of {}", known.join(", ")))
+            }
+            RobotFileCause::BadPath { .. } => Some(
+                "write names and dots, as in \"pose.position.x\"; `[]` stands for the elements of a list, \
+                 as in \"proximity[].value\""
+                    .to_owned(),
+            ),
+            RobotFileCause::NameIsTable { line, .. } => {
+                Some(format!("the other one is in line {line}: choose another name for one of them"))
+            }
+            RobotFileCause::NoValue { .. } => {
+                Some("add `is = 0.0`, or `reads = \"SENSOR\"`".to_owned())
+            }
+            RobotFileCause::NotAList { .. } => Some(
+                "a list has `[]` in its name, as in \"proximity[].value\"; else write one value"
+                    .to_owned(),
+            ),
+            RobotFileCause::NoCount { .. } => {
+                Some("add `count = 8`, or give one value for each element".to_owned())
+            }
+            RobotFileCause::OtherCount { line, .. } => Some(match line {
+                Some(line) => format!("the list begins in line {line}"),
+                None => "leave out `count`".to_owned(),
+            }),
+            RobotFileCause::NumberOfElements { most, .. } => {
+                Some(format!("from 1 to {most} elements"))
+            }
+            RobotFileCause::UnlikeUnits => Some("write the same unit in all of them".to_owned()),
+            RobotFileCause::CurveWithUnit => {
+                Some("give the curve's readings in the unit of the sensor".to_owned())
+            }
+            RobotFileCause::BadCurve => {
+                Some("as in `curve = [[0, 1.0], [100, 0.0]]`".to_owned())
             }
             RobotFileCause::WhichBeam { sensor, most, .. } => Some(format!(
                 "write `accepts = [\"beam: int\"]`, or name a beam from \"{sensor}.0\" to \"{sensor}.{most}\""

@@ -101,6 +101,8 @@ pub fn constant(name: &str) -> String {
     let mut constant = String::new();
     let mut previous_is_lower = false;
     for c in name.chars() {
+        // Names in tables, such as `debug.print`.
+        let c = if c.is_ascii_alphanumeric() { c } else { '_' };
         if c.is_ascii_uppercase() && previous_is_lower {
             constant.push('_');
         }
@@ -124,6 +126,7 @@ mod tests {
             ("greyCode", "GREY_CODE"),
             ("getXY2Z", "GET_XY2_Z"),
             ("_x", "_X"),
+            ("debug.setColor", "DEBUG_SET_COLOR"),
         ] {
             assert_eq!(constant(name), expected);
         }

@@ -34,6 +34,7 @@
 //! | `[layout]` | where firmware, script and data lie on the chip, see [`Layout`]; left out where no script can be flashed alone |
 //! | `[[function]]` | a function that scripts may call, see [`RobotFunction`] |
 //! | `[[table]]` | a table that the robot keeps up to date, such as `pos`, see [`SensorTable`] |
+//! | `[[value]]` | a value in a table that the robot fills in every step, such as `pose.position.x`, see [`TableValue`] |
 //! | `[[setting]]` | a number that people write to one robot's flash, see [`Setting`] |
 //! | `[[indicator]]` | a signal of the firmware's by its lights, see [`Indicator`] |
 //! | `[body]` | the body that the simulator moves, see [`BodySpec`]; left out for a robot with code of its own for it |
@@ -71,6 +72,7 @@ mod read;
 mod sensor;
 mod signature;
 mod trailing;
+mod value;
 
 use std::path::Path;
 
@@ -88,6 +90,9 @@ pub use read::is_robot_name;
 pub use sensor::{Sensor, SensorKind, SensorReading, SensorValue};
 pub use signature::{PARAMETERS_MAX, Parameter, SignatureType, parameter_at, takes_count};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
+pub use value::{
+    TableValue, ValueConstant, ValueKey, ValuePath, ValueReading, ValueScale, ValueSource, table_of,
+};
 
 /// The content of a robot file.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,8 +122,11 @@ pub struct Robot {
     /// The places of firmware, script and data on the chip; `None` if a script cannot be flashed
     /// without the firmware.
     pub layout: Option<Layout>,
-    /// The functions that its scripts may call, in the order of the file.
+    /// The functions that its scripts may call, in the order of the file, and those that read its
+    /// values.
     pub functions: Vec<RobotFunction>,
+    /// The values in tables that it fills in every step, in the order of the file.
+    pub values: Vec<TableValue>,
     /// The tables that it keeps up to date for its scripts, in the order of the file.
     pub tables: Vec<SensorTable>,
     /// The settings that each robot has, in the order of the file.
@@ -230,7 +238,7 @@ pub struct Budget {
 /// A function that scripts may call on a robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotFunction {
-    /// Its name in scripts.
+    /// Its name in scripts, which may stand in tables: `debug.print`.
     pub name: String,
     /// The argument lists that it accepts: at least one, and no list twice.
     pub accepts: Vec<Vec<Parameter>>,
@@ -248,6 +256,11 @@ impl RobotFunction {
     /// Returns the number of the function in images.
     pub const fn hash(&self) -> u16 {
         name_hash(self.name.as_str())
+    }
+
+    /// Returns true if the function reads a value for a table, so that no script calls it.
+    pub fn is_reader(&self) -> bool {
+        self.effect.as_ref().is_some_and(|effect| effect.fills.is_some())
     }
 
     /// Returns each way to call it, as `distance(beam: int): int`.

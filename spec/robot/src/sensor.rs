@@ -46,6 +46,12 @@ pub enum SensorKind {
         bearing_noise_deg: f64,
     },
     /// Voltage of the battery in mV, which falls evenly from full to empty.
+    /// Position in the world and heading, as a tracking system gives them.
+    Positioning {
+        /// Standard deviation of the heading, in degrees; 0 if left out. `noise` is that of each
+        /// coordinate, in mm.
+        heading_noise_deg: f64,
+    },
     Battery {
         /// Voltage at the start, in mV.
         full_mv: f64,
@@ -72,6 +78,10 @@ pub enum SensorValue {
     NearestBearing,
     /// The number of robots in range.
     Count,
+    /// A coordinate of the position in mm: 0 for x, 1 for y, 2 for z.
+    Coordinate(usize),
+    /// Heading in degrees in (-180, 180].
+    Heading,
 }
 
 /// A sensor and the one of its values that a function returns.
@@ -88,17 +98,27 @@ impl SensorValue {
     pub fn suffix(self) -> String {
         match self {
             SensorValue::Only | SensorValue::BeamOfArgument => String::new(),
-            SensorValue::Beam(beam) => format!(".{beam}"),
-            SensorValue::NearestDistance => ".distance".to_owned(),
-            SensorValue::NearestBearing => ".bearing".to_owned(),
-            SensorValue::Count => ".count".to_owned(),
+            other => format!(".{}", other.name()),
+        }
+    }
+
+    /// Returns the word for the value in robot files; empty if the name of the sensor is enough.
+    pub fn name(self) -> String {
+        match self {
+            SensorValue::Only | SensorValue::BeamOfArgument => String::new(),
+            SensorValue::Beam(beam) => beam.to_string(),
+            SensorValue::NearestDistance => "distance".to_owned(),
+            SensorValue::NearestBearing => "bearing".to_owned(),
+            SensorValue::Count => "count".to_owned(),
+            SensorValue::Coordinate(axis) => AXES[axis].to_owned(),
+            SensorValue::Heading => "heading".to_owned(),
         }
     }
 
     /// Returns the unit of the value for a sensor of that kind.
     pub const fn unit(self, kind: &SensorKind) -> &'static str {
         match (self, kind) {
-            (SensorValue::NearestBearing, _) => "degrees",
+            (SensorValue::NearestBearing | SensorValue::Heading, _) => "degrees",
             (SensorValue::Count, _) => "robots",
             (_, SensorKind::Light { .. } | SensorKind::Ground) => "0 to 1023",
             (_, SensorKind::Battery { .. }) => "mV",
@@ -115,7 +135,47 @@ impl SensorKind {
             SensorKind::Light { .. } => "light",
             SensorKind::Ground => "ground",
             SensorKind::RangeAndBearing { .. } => "range-and-bearing",
+            SensorKind::Positioning { .. } => "positioning",
             SensorKind::Battery { .. } => "battery",
         }
     }
+
+    /// Returns the values of the sensor.
+    pub fn values(&self) -> Vec<SensorValue> {
+        match self {
+            SensorKind::Proximity { directions_deg, .. } => {
+                (0..directions_deg.len()).map(SensorValue::Beam).collect()
+            }
+            SensorKind::Light { .. } | SensorKind::Ground | SensorKind::Battery { .. } => {
+                vec![SensorValue::Only]
+            }
+            SensorKind::RangeAndBearing { .. } => {
+                vec![SensorValue::NearestDistance, SensorValue::NearestBearing, SensorValue::Count]
+            }
+            SensorKind::Positioning { .. } => {
+                let axes = (0..AXES.len()).map(SensorValue::Coordinate);
+                axes.chain([SensorValue::Heading]).collect()
+            }
+        }
+    }
+}
+
+/// The coordinates of a position.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The units in which values can be given to scripts, and their factors from the unit of the sensor.
+const LENGTHS: &[(&str, f64)] = &[("mm", 1.0), ("cm", 0.1), ("m", 0.001)];
+const ANGLES: &[(&str, f64)] = &[("deg", 1.0), ("rad", std::f64::consts::PI / 180.0)];
+const VOLTAGES: &[(&str, f64)] = &[("mV", 1.0), ("V", 0.001)];
+
+/// Returns the factor from a sensor's unit to another one, or else the units that exist for it.
+pub fn unit_factor(own: &str, unit: &str) -> Result<f64, Vec<&'static str>> {
+    let units = match own {
+        "mm" => LENGTHS,
+        "degrees" => ANGLES,
+        "mV" => VOLTAGES,
+        _ => &[],
+    };
+    let found = units.iter().find(|(name, _)| *name == unit);
+    found.map(|(_, factor)| *factor).ok_or_else(|| units.iter().map(|(name, _)| *name).collect())
 }

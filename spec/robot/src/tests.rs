@@ -1,6 +1,7 @@
 //! Every cause of an error, with its line and column.
 
 mod simulated;
+mod values;
 
 use super::*;
 use std::collections::HashMap;
@@ -368,7 +369,7 @@ fn a_dissimilar_key_is_not_suggested_for_a_missing_one() {
     let errors = errors_of(&GOOD.replacen("title", "colour", 1));
     let places = errors.0.iter().map(|error| (error.place.clone().unwrap().line, error.help()));
     let help = "one of name, title, chip, profile, tick_hz, message_bytes, link, on_fault, vm, \
-                budget, layout, function, table, setting, indicator, body, sensor";
+                budget, layout, function, table, setting, indicator, value, body, sensor";
     assert_eq!(places.collect::<Vec<_>>(), [(1, None), (2, Some(help.to_owned()))], "{errors}");
 }
 

@@ -149,9 +149,10 @@ impl RobotModel for DescribedRobot {
             if effect.logs {
                 call.log(Vec::new());
             }
-            match effect.reads {
-                Some(reading) => sense::read(call, reading, is_integer),
-                None => Done::Idle,
+            match (&effect.fills, effect.reads) {
+                (Some(value), _) => sense::fill(call, value, is_integer),
+                (None, Some(reading)) => sense::read(call, reading, is_integer),
+                (None, None) => Done::Idle,
             }
         }))
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bittybuzz_robot_spec::{Sensor, SensorKind, SensorReading, SensorValue};
+use bittybuzz_robot_spec::{Sensor, SensorKind, SensorReading, SensorValue, ValueReading};
 
 use crate::engine::{Io, Stream};
 use crate::robot::call::{Autopilot, Done, RobotCall};
@@ -122,6 +122,15 @@ fn measure(sensor: &Sensor, radius_mm: f32, io: &Io<'_>, chance: &mut Stream) ->
             };
             vec![distance, wrap_degrees(bearing + error), count as f32]
         }
+        SensorKind::Positioning { heading_noise_deg } => {
+            let pose = io.sensors.pose();
+            let [x, y, z] = [pose.x, pose.y, pose.z].map(&mut noisy);
+            let error = match *heading_noise_deg as f32 {
+                sigma if sigma > 0.0 => sigma * chance.normal(),
+                _ => 0.0,
+            };
+            vec![x, y, z, wrap_degrees(pose.heading.to_degrees() + error)]
+        }
         SensorKind::Battery { full_mv, empty_mv, minutes } => {
             vec![noisy(voltage([*full_mv, *empty_mv], *minutes, io.milliseconds())).max(0.0)]
         }
@@ -141,15 +150,40 @@ fn wrap_degrees(angle: f32) -> f32 {
 
 /// Reads a sensor value for a robot function, rounded to an integer if `is_integer` is set.
 pub fn read(call: &mut RobotCall<'_, '_>, reading: SensorReading, is_integer: bool) -> Done {
+    done(reading_of(call, reading), is_integer)
+}
+
+/// Reads a value for a table of the script. The argument, if there is one, is the number of an
+/// element.
+pub fn fill(call: &mut RobotCall<'_, '_>, value: &ValueReading, is_integer: bool) -> Done {
+    let element = usize::try_from(call.numbers.int(0)).ok();
+    let readings = &value.readings;
+    let chosen = match readings.as_slice() {
+        [only] => Some(only),
+        _ => element.and_then(|element| readings.get(element)),
+    };
+    let reading = chosen.and_then(|chosen| reading_of(call, *chosen));
+    done(reading.map(|reading| value.scale.value(f64::from(reading)) as f32), is_integer)
+}
+
+fn done(value: Option<f32>, is_integer: bool) -> Done {
+    match value {
+        None => Done::OutOfRange,
+        Some(value) if is_integer => Done::Int(value.round() as i32),
+        Some(value) => Done::Float(value),
+    }
+}
+
+/// Returns a reading in its own unit; `None` for a beam that the sensor does not have.
+fn reading_of(call: &mut RobotCall<'_, '_>, reading: SensorReading) -> Option<f32> {
     let index = match reading.value {
         SensorValue::Only | SensorValue::NearestDistance => 0,
         SensorValue::NearestBearing => 1,
         SensorValue::Count => 2,
+        SensorValue::Coordinate(axis) => axis,
+        SensorValue::Heading => 3,
         SensorValue::Beam(beam) => beam,
-        SensorValue::BeamOfArgument => match usize::try_from(call.numbers.int(0)) {
-            Ok(beam) => beam,
-            Err(_) => return Done::OutOfRange,
-        },
+        SensorValue::BeamOfArgument => usize::try_from(call.numbers.int(0)).ok()?,
     };
     let is_battery =
         |senses: &Senses| matches!(senses.sensors[reading.sensor].kind, SensorKind::Battery { .. });
@@ -158,10 +192,5 @@ pub fn read(call: &mut RobotCall<'_, '_>, reading: SensorReading, is_integer: bo
     let any: &mut dyn std::any::Any = &mut **autopilot;
     let senses = any.downcast_mut::<Senses>().expect("its autopilot has its sensors");
     let set = memory.battery_mv.filter(|_| is_battery(senses)).map(f32::from);
-    let value = set.or_else(|| senses.value(reading.sensor, index, call.io, &mut memory.chance));
-    match value {
-        None => Done::OutOfRange,
-        Some(value) if is_integer => Done::Int(value.round() as i32),
-        Some(value) => Done::Float(value),
-    }
+    set.or_else(|| senses.value(reading.sensor, index, call.io, &mut memory.chance))
 }

@@ -29,11 +29,12 @@ const DRIVES: [(&str, &[&str]); 4] = [
 const COMMON_SENSOR_KEYS: [&str; 4] = ["name", "kind", "noise", "rate_hz"];
 
 /// The kinds of sensors, and the additional keys of each.
-const SENSOR_KINDS: [(&str, &[&str]); 5] = [
+const SENSOR_KINDS: [(&str, &[&str]); 6] = [
     ("proximity", &["range_mm", "nothing", "direction_deg", "directions_deg", "count"]),
     ("light", &["direction_deg"]),
     ("ground", &[]),
     ("range-and-bearing", &["range_mm", "bearing_noise_deg"]),
+    ("positioning", &["heading_noise_deg"]),
     ("battery", &["full_mv", "empty_mv", "minutes"]),
 ];
 
@@ -224,6 +225,10 @@ fn sensor_kind(section: &Section<'_>, word: &str) -> Option<SensorKind> {
                 range_mm: range_mm?,
                 bearing_noise_deg: bearing_noise_deg?,
             })
+        }
+        "positioning" => {
+            let heading_noise_deg = number_or(section, "heading_noise_deg", 0.0..=180.0, 0.0);
+            Some(SensorKind::Positioning { heading_noise_deg: heading_noise_deg? })
         }
         "battery" => {
             let full_mv = number(section, "full_mv", VOLTAGE);

@@ -57,6 +57,7 @@ pub fn effect(
         sets: given(sets)?.unwrap_or_default(),
         logs: logs?,
         reads: given(reads)?,
+        fills: None,
     })
 }
 
@@ -195,21 +196,7 @@ fn reading(
     function: &RobotFunction,
     sensors: &Sensors,
 ) -> Option<SensorReading> {
-    let text = entry.string()?;
-    let (name, value) = match text.split_once('.') {
-        Some((name, value)) => (name, Some(value)),
-        None => (text, None),
-    };
-    let is_named = |sensor: &&Option<Sensor>| sensor.as_ref().is_some_and(|s| s.name == name);
-    let Some(place) = sensors.iter().position(|sensor| is_named(&sensor)) else {
-        // The name may be that of a sensor with a mistake.
-        if sensors.iter().all(Option::is_some) {
-            let known = sensors.iter().flatten().map(|sensor| sensor.name.clone()).collect();
-            entry.fail(RobotFileCause::UnknownSensor { name: name.to_owned(), known });
-        }
-        return None;
-    };
-    let sensor = sensors.get(place)?.as_ref()?;
+    let (place, sensor, value) = find_sensor(entry, entry.string()?, sensors)?;
     let value = sensor_value(entry, sensor, value, function)?;
     if !matches!(
         function.returns,
@@ -232,6 +219,28 @@ fn reading(
         return None;
     }
     Some(SensorReading { sensor: place, value })
+}
+
+/// Finds the sensor of `SENSOR` or `SENSOR.VALUE`, and returns its number and the name of the value.
+pub fn find_sensor<'a, 't>(
+    entry: &Entry<'_>,
+    text: &'t str,
+    sensors: &'a Sensors,
+) -> Option<(usize, &'a Sensor, Option<&'t str>)> {
+    let (name, value) = match text.split_once('.') {
+        Some((name, value)) => (name, Some(value)),
+        None => (text, None),
+    };
+    let is_named = |sensor: &&Option<Sensor>| sensor.as_ref().is_some_and(|s| s.name == name);
+    let Some(place) = sensors.iter().position(|sensor| is_named(&sensor)) else {
+        // The name may be that of a sensor with a mistake.
+        if sensors.iter().all(Option::is_some) {
+            let known = sensors.iter().flatten().map(|sensor| sensor.name.clone()).collect();
+            entry.fail(RobotFileCause::UnknownSensor { name: name.to_owned(), known });
+        }
+        return None;
+    };
+    Some((place, sensors.get(place)?.as_ref()?, value))
 }
 
 fn sensor_value(
@@ -260,12 +269,11 @@ fn sensor_value(
                 },
             }
         }
-        SensorKind::RangeAndBearing { .. } => match value {
-            Some("distance") => Some(SensorValue::NearestDistance),
-            Some("bearing") => Some(SensorValue::NearestBearing),
-            Some("count") => Some(SensorValue::Count),
-            _ => unknown(["distance", "bearing", "count"].map(str::to_owned).to_vec()),
-        },
+        SensorKind::RangeAndBearing { .. } | SensorKind::Positioning { .. } => {
+            let values = sensor.kind.values();
+            let found = values.iter().find(|known| Some(known.name().as_str()) == value);
+            found.copied().or_else(|| unknown(values.iter().map(|known| known.name()).collect()))
+        }
         SensorKind::Light { .. } | SensorKind::Ground | SensorKind::Battery { .. } => match value {
             None => Some(SensorValue::Only),
             Some(_) => unknown(Vec::new()),

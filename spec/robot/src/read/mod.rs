@@ -2,6 +2,7 @@
 
 mod body;
 mod effect;
+mod value;
 
 use std::collections::{HashMap, HashSet};
 use std::ops::RangeInclusive;
@@ -15,6 +16,7 @@ use crate::error::{RobotErrors, RobotFileCause};
 use crate::generate::constant;
 use crate::layout::{Layout, PLACE, Region};
 use crate::signature::{self, Parameter, SignatureType};
+use crate::value::{ValuePath, table_of};
 use crate::{
     Budget, Indicator, LONG_MAX, Medium, NumberProfile, OnFault, Robot, RobotFunction, SensorTable,
     Setting, VmSizes, name_hash,
@@ -43,6 +45,7 @@ const FUNCTION: &str = "this [[function]]";
 const TABLE: &str = "this [[table]]";
 const SETTING: &str = "this [[setting]]";
 const INDICATOR: &str = "this [[indicator]]";
+const VALUE: &str = "this [[value]]";
 
 /// The keys of each section.
 fn keys(section: &'static str) -> Vec<&'static str> {
@@ -66,6 +69,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "table",
             "setting",
             "indicator",
+            "value",
             "body",
             "sensor",
         ],
@@ -101,6 +105,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
         TABLE => &["name", "fields", "help"],
         SETTING => &["name", "least", "most", "help"],
         INDICATOR => &["shows", "means"],
+        VALUE => &["name", "is", "reads", "curve", "returns", "count", "help"],
         _ => &[],
     };
     keys.to_vec()
@@ -109,7 +114,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
 /// The keys, words and quantities that describe a robot for the simulator.
 #[cfg(test)]
 pub fn simulator_keys() -> Vec<&'static str> {
-    let keys = [BODY, SENSOR, SETS].into_iter().flat_map(keys);
+    let keys = [BODY, SENSOR, SETS, VALUE].into_iter().flat_map(keys);
     keys.chain(body::words()).collect()
 }
 
@@ -183,6 +188,15 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         Some(function)
     };
     let functions: Vec<_> = functions.iter().map(function).collect();
+    let values = root.sections("value", VALUE);
+    if let (None, Some(value)) = (&drive, values.first()) {
+        value.fail(RobotFileCause::NoBody { key: "value" });
+    }
+    let mut lists = value::Lists::default();
+    let values: Vec<_> = values
+        .iter()
+        .map(|section| value::value(section, &mut names, &mut lists, &sensors))
+        .collect();
     let settings = root.sections("setting", SETTING);
     let settings: Vec<_> = settings.iter().map(|section| setting(section, &mut names)).collect();
     if let Some(layout) = &layout_section
@@ -195,6 +209,10 @@ fn root(root: &Section<'_>) -> Option<Robot> {
     let indicators: Vec<_> = indicators.iter().map(indicator).collect();
 
     let body = body_section.map(|section| body::body(&section, drive.flatten()));
+    let (values, readers): (Vec<_>, Vec<_>) =
+        values.into_iter().collect::<Option<Vec<_>>>()?.into_iter().unzip();
+    let mut functions: Vec<RobotFunction> = functions.into_iter().collect::<Option<_>>()?;
+    functions.extend(readers.into_iter().flatten());
     let mut robot = Robot {
         name: name?,
         title: title?,
@@ -208,7 +226,8 @@ fn root(root: &Section<'_>) -> Option<Robot> {
         parts: Parts::ALL,
         budget: given(budget)?,
         layout: given(layout)?,
-        functions: functions.into_iter().collect::<Option<_>>()?,
+        functions,
+        values,
         tables: tables.into_iter().collect::<Option<_>>()?,
         settings: settings.into_iter().collect::<Option<_>>()?,
         indicators: indicators.into_iter().collect::<Option<_>>()?,
@@ -421,7 +440,7 @@ const SETTING_MAX: u32 = u16::MAX as u32;
 
 fn function(section: &Section<'_>, names: &mut Names) -> Option<RobotFunction> {
     let name = section.required("name").and_then(|entry| {
-        let name = name_of(&entry)?;
+        let name = function_name(&entry)?;
         names.add_function(&entry, &name).then_some(name)
     });
     let accepts = section.required("accepts").and_then(|entry| argument_lists(&entry));
@@ -520,6 +539,16 @@ fn name_of(entry: &Entry<'_>) -> Option<String> {
     Some(name)
 }
 
+/// Reads the name of a function, which may stand in tables: `debug.print`.
+fn function_name(entry: &Entry<'_>) -> Option<String> {
+    let name = entry.string()?.to_owned();
+    if !name.split('.').all(signature::is_identifier) {
+        entry.fail(RobotFileCause::BadIdentifier { name });
+        return None;
+    }
+    Some(name)
+}
+
 fn parameters(entry: &Entry<'_>) -> Option<Vec<Parameter>> {
     let list = signature::parse_list(entry.string()?);
     list.map_err(|(part, cause)| entry.fail_within(part, cause)).ok()
@@ -551,6 +580,8 @@ fn argument_lists(entry: &Entry<'_>) -> Option<Vec<Vec<Parameter>>> {
 struct Names {
     /// The line of each name.
     defined: HashMap<String, usize>,
+    /// The tables that names stand in, with the line of the first.
+    tables: HashMap<String, usize>,
     /// The functions by their name hash; `constants` has them by their constant in generated code.
     hashes: HashMap<u16, String>,
     constants: HashMap<String, String>,
@@ -564,7 +595,7 @@ impl Names {
     }
 
     fn add_function(&mut self, entry: &Entry<'_>, name: &str) -> bool {
-        if !self.add(entry, name, is_reserved(name)) {
+        if !self.add_in_table(entry, name) {
             return false;
         }
         let constant = constant(name);
@@ -585,6 +616,30 @@ impl Names {
         false
     }
 
+    /// Adds a value. A value is also the name of the function that reads it.
+    fn add_value(&mut self, entry: &Entry<'_>, path: &ValuePath) -> bool {
+        self.add_function(entry, path.text())
+    }
+
+    /// Adds a name that may stand in a table, such as `debug.print`. A table that holds names is no
+    /// name of anything else.
+    fn add_in_table(&mut self, entry: &Entry<'_>, name: &str) -> bool {
+        if !self.add(entry, name, is_reserved(table_of(name))) {
+            return false;
+        }
+        let line = entry.place().line;
+        let ends = name.match_indices(['.', '[']).map(|(end, _)| &name[..end]);
+        for table in ends {
+            if let Some(line) = self.defined.get(table) {
+                let cause = RobotFileCause::NameIsTable { name: table.to_owned(), line: *line };
+                entry.fail(cause);
+                return false;
+            }
+            self.tables.entry(table.to_owned()).or_insert(line);
+        }
+        true
+    }
+
     /// Adds a name. Reports a name that cannot be used, and then returns false.
     fn add(&mut self, entry: &Entry<'_>, name: &str, reserved: bool) -> bool {
         if reserved {
@@ -593,6 +648,10 @@ impl Names {
         }
         if let Some(line) = self.defined.get(name) {
             entry.fail(RobotFileCause::DuplicateName { name: name.to_owned(), line: *line });
+            return false;
+        }
+        if let Some(line) = self.tables.get(name) {
+            entry.fail(RobotFileCause::NameIsTable { name: name.to_owned(), line: *line });
             return false;
         }
         self.defined.insert(name.to_owned(), entry.place().line);
