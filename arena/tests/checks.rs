@@ -61,7 +61,7 @@ impl<P: Profile> Host<P> for Logger {
 
 fn compiled<P: Profile>(script: &str) -> (Vec<u8>, Symbols) {
     let profile = if P::FULL { ProfileName::Full } else { ProfileName::Tiny };
-    let options = Options { profile: Some(profile), robot: None, robots: Vec::new() };
+    let options = Options { profile: Some(profile), ..Options::default() };
     let files = MemoryFiles::default();
     let found =
         compile(Path::new("test.bzz"), script.to_owned(), &IncludeLoader::new(&files), &options);

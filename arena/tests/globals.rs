@@ -206,3 +206,70 @@ fn an_error_explains_why_a_global_cannot_be_set() {
         live.tick().unwrap();
     }
 }
+
+/// `reset_count` is called before the step at 5 s, in one robot of a kind whose script calls it never, and `goal` has no value but
+/// that of the event.
+const CALLED: &str = "n = 0 calls = 0 before = -1\n\
+    function reset_count() { before = n n = 0 calls = calls + 1 }\n\
+    function step() { n = n + 1 if(goal) far = goal }\n";
+
+fn called(test: &str, script: &str, events: &str) -> Simulation {
+    let folder = folder(test, &[("counts.bzz", script), ("next.bzz", NEXT)]);
+    let (scenario, programs) = read(&folder, &[WORLD, events].concat());
+    let setup = Setup::new(scenario, programs).unwrap().with_compiler(Arc::new(program));
+    Simulation::new(Arc::new(setup), 1, 1).unwrap()
+}
+
+fn all_hold(mut simulation: Simulation) {
+    while !simulation.is_over() {
+        simulation.tick().unwrap();
+    }
+    let summary = simulation.summary();
+    assert!(summary.is_success(), "{:?}\n{:?}", summary.convergences, summary.faults);
+}
+
+#[test]
+fn an_event_calls_a_function_of_the_script() {
+    // The first step of a robot is in its second tick: the step at 5 s is the 50th.
+    let events = "[[event]]\nat = 5\ncall = [1, \"flies\"]\nfunction = \"reset_count\"\n\n\
+        [[event]]\nat = 5\ncall = 1\nfunction = \"reset_count\"\n\n\
+        [[event]]\nat = 7\nset = \"all\"\nglobal = \"goal\"\nnumber = 3\n\n";
+    let expects = [
+        equals(10, "[1, \"flies\"]", "calls", "1"),
+        equals(10, "[1, \"flies\"]", "before", "49"),
+        equals(10, "[1, \"flies\"]", "n", "50"),
+        equals(10, "[0, 2]", "calls", "0"),
+        equals(10, "[0, 2]", "n", "99"),
+        equals(10, "[0, 1, 2]", "far", "3"),
+    ];
+    all_hold(called("globals_call", CALLED, &(events.to_owned() + &expects.concat())));
+}
+
+/// A call at the start comes after `init`, and before the first step.
+#[test]
+fn a_call_at_the_start_comes_after_init() {
+    let script = "order = 0\nfunction init() { order = order * 10 + 1 }\n\
+        function begin() { order = order * 10 + 2 }\nfunction step() { if(order < 100) order = order * 10 + 3 }\n";
+    let events = "[[event]]\nat = 0\ncall = \"all\"\nfunction = \"begin\"\n\n";
+    let expects = equals(1, "[0, 1, 2]", "order", "123");
+    all_hold(called("globals_call_first", script, &(events.to_owned() + &expects)));
+}
+
+#[test]
+fn functions_that_no_script_has_are_errors() {
+    let folder = folder("globals_no_function", &[("counts.bzz", CALLED), ("next.bzz", NEXT)]);
+    let event = "[[event]]\nat = 5\ncall = 1\nfunction = \"reset_cuont\"\n";
+    let (scenario, programs) = read(&folder, &[WORLD, event].concat());
+    let Err(SetupError::Scenario(errors)) = Setup::new(scenario, programs) else {
+        panic!("accepted")
+    };
+    let text = printed(&errors).join("\n");
+    assert!(text.contains("no script of these robots has a function `reset_cuont`"), "{text}");
+    // A session has the functions of the scenario's events.
+    let event = "[[event]]\nat = 9\ncall = 1\nfunction = \"reset_count\"\n";
+    let mut simulation = called("globals_call_session", CALLED, event);
+    assert!(simulation.command("call = 0\nfunction = \"reset_count\"").is_ok());
+    assert!(simulation.command("call = 0\nfunction = \"step\"").is_err());
+    let errors = simulation.command("call = 0").unwrap_err();
+    assert!(printed(&errors).join("\n").contains("`function`"), "{:?}", printed(&errors));
+}

@@ -50,7 +50,7 @@ fn digest(files: &dyn Files, path: &Path) -> u64 {
     let scenario = open(files, path).unwrap_or_else(|errors| panic!("{errors:#?}"));
     let compiled = scenario.groups.iter().map(|group| {
         let robots = bittybuzz_robot_files::all_shipped();
-        let options = Options { robot: Some(group.robot.clone()), robots, profile: None };
+        let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
         let text = files.read(&group.script, SOURCE_BYTES_MAX).unwrap();
         let text = String::from_utf8(text).unwrap();
         let compiled = compile(&group.script, text, &IncludeLoader::new(files), &options);

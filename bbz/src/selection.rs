@@ -1,6 +1,7 @@
 //! The robots and the profile that the command line selects.
 
 use bittybuzz_arena::scenario::Group;
+use bittybuzz_compiler::check::outside::OutsideUses;
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_robot_files::{all_shipped, find};
 use bittybuzz_robot_spec::{NumberProfile, Robot, RobotErrors};
@@ -47,6 +48,8 @@ pub struct RobotChoice {
     pub known: Vec<Robot>,
     /// The profile that `--profile` names.
     pub profile: Option<NumberProfile>,
+    /// The names that a scenario uses in the script.
+    outside: OutsideUses,
 }
 
 impl SelectionArguments {
@@ -64,7 +67,8 @@ impl RobotChoice {
             ProfileName::Tiny => NumberProfile::Tiny,
             ProfileName::Full => NumberProfile::Full,
         });
-        Ok(RobotChoice { robot, known: all_shipped(), profile })
+        let outside = OutsideUses::default();
+        Ok(RobotChoice { robot, known: all_shipped(), profile, outside })
     }
 
     /// Selects the robot of a group. The other robots of its scenario are known too, because one
@@ -74,12 +78,18 @@ impl RobotChoice {
         let others = group.robots_of_scenario.iter();
         let others: Vec<Robot> = others.filter(|robot| !known.contains(robot)).cloned().collect();
         known.extend(others);
-        RobotChoice { robot: Some(group.robot.clone()), known, profile: None }
+        let outside = (*group.outside).clone();
+        RobotChoice { robot: Some(group.robot.clone()), known, profile: None, outside }
     }
 
     /// Returns the options of the compiler.
     pub fn options(&self) -> Options {
-        Options { profile: self.profile, robot: self.robot.clone(), robots: self.known.clone() }
+        Options {
+            profile: self.profile,
+            robot: self.robot.clone(),
+            robots: self.known.clone(),
+            outside: self.outside.clone(),
+        }
     }
 
     /// Returns the profile to compile for.

@@ -7,7 +7,7 @@ use bittybuzz_vm_core::hash::fnv_1a_from;
 use bittybuzz_vm_core::message;
 
 use crate::allow::Allowances;
-use crate::check::{self, robots::KnownRobots};
+use crate::check::{self, outside::OutsideUses, robots::KnownRobots};
 use crate::codegen::{self, GLOBAL_CODE, Generated, LocalRange, SourceFunction};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -30,6 +30,8 @@ pub struct Options {
     pub robot: Option<Robot>,
     /// All known robots.
     pub robots: Vec<Robot>,
+    /// The names of the script that are used from outside of it.
+    pub outside: OutsideUses,
 }
 
 impl Options {
@@ -78,7 +80,8 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
     let Parsed { script, sources, mut diagnostics, token_hash, strings, hidden } = parsed;
     let profile = options.effective_profile();
     let robots = KnownRobots { target: options.robot.as_ref(), known: &options.robots };
-    let checked = check::check(&script, robots, profile, options.arithmetic(), hidden);
+    let checked =
+        check::check(&script, robots, profile, options.arithmetic(), hidden, &options.outside);
     let stigmergies = StigmergyNumbers::find(&script);
     let syntax_errors: Vec<Span> = diagnostics
         .iter()

@@ -50,7 +50,8 @@ impl SharedFiles {
         let others = group.robots_of_scenario.iter();
         let others: Vec<_> = others.filter(|other| !robots.contains(other)).cloned().collect();
         robots.extend(others);
-        let options = Options { robot, robots, profile: None };
+        let outside = (*group.outside).clone();
+        let options = Options { robot, robots, profile: None, outside };
         let files = &*self.lock();
         let loader =
             IncludeLoader { library: bittybuzz_library::FILES, ..IncludeLoader::new(files) };

@@ -30,7 +30,7 @@ type Shared = Arc<Mutex<MemoryFiles>>;
 
 fn options(group: &Group) -> Options {
     let robots = bittybuzz_robot_files::all_shipped();
-    Options { robot: Some(group.robot.clone()), robots, profile: None }
+    Options { robot: Some(group.robot.clone()), robots, ..Options::default() }
 }
 
 fn read(files: &MemoryFiles, script: &Path) -> Result<String, String> {

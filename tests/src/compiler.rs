@@ -30,6 +30,7 @@ fn compile_with(path: &Path, script: String, full: bool, loader: &IncludeLoader<
         profile: Some(if full { NumberProfile::Full } else { NumberProfile::Tiny }),
         robot: None,
         robots: ROBOTS.get_or_init(bittybuzz_robot_files::all_shipped).clone(),
+        ..Options::default()
     };
     compile::compile(path, script, loader, &options)
 }

@@ -177,7 +177,7 @@ impl EventQueue {
                 world.heal();
             }
             // The simulation applies these actions itself, because they need links and scripts.
-            WorldChange::Adversary(_) | WorldChange::Set { .. } => {}
+            WorldChange::Adversary(_) | WorldChange::Set { .. } | WorldChange::Call { .. } => {}
         }
         Vec::new()
     }

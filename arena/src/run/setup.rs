@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bittybuzz_compiler::check::outside::called_flag;
 use bittybuzz_compiler::refusal;
 use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_vm_core::ImageError;
@@ -90,10 +91,17 @@ impl Setup {
             }
         }
         for event in &scenario.events {
-            // Only this event names a global.
-            let WorldChange::Set { robots, global, place, .. } = &event.action else { continue };
-            let global = global_of(global);
-            if let Err(cause) = QuantityProbe::new(&global, &scenario.groups, &programs, robots) {
+            // Only these events name something of a script.
+            let (checked, place) = match &event.action {
+                WorldChange::Set { robots, global, place, .. } => {
+                    (check_global(&scenario, &programs, robots, global), place)
+                }
+                WorldChange::Call { robots, function, place } => {
+                    (check_function(&scenario, &programs, robots, function), place)
+                }
+                _ => continue,
+            };
+            if let Err(cause) = checked {
                 errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
             }
         }
@@ -265,8 +273,16 @@ impl Setup {
 
     /// Fails if no program of these robots has a global of that name.
     pub(super) fn check_global(&self, robots: &Selection, name: &str) -> Result<(), ScenarioCause> {
-        let groups = &self.scenario.groups;
-        QuantityProbe::new(&global_of(name), groups, &self.programs, robots).map(|_| ())
+        check_global(&self.scenario, &self.programs, robots, name)
+    }
+
+    /// Fails if no program of these robots was compiled to call a function of that name.
+    pub(super) fn check_function(
+        &self,
+        robots: &Selection,
+        name: &str,
+    ) -> Result<(), ScenarioCause> {
+        check_function(&self.scenario, &self.programs, robots, name)
     }
 
     /// Returns the quantities that are drawn over time.
@@ -291,8 +307,24 @@ impl Setup {
     }
 }
 
-fn global_of(name: &str) -> Quantity {
-    Quantity::Global { name: name.to_owned(), keys: Vec::new() }
+fn check_global(
+    scenario: &Scenario,
+    programs: &[LoadedProgram],
+    robots: &Selection,
+    name: &str,
+) -> Result<(), ScenarioCause> {
+    let global = Quantity::Global { name: name.to_owned(), keys: Vec::new() };
+    QuantityProbe::new(&global, &scenario.groups, programs, robots).map(|_| ())
+}
+
+fn check_function(
+    scenario: &Scenario,
+    programs: &[LoadedProgram],
+    robots: &Selection,
+    name: &str,
+) -> Result<(), ScenarioCause> {
+    let unknown = |_| ScenarioCause::UnknownFunction { name: name.to_owned() };
+    check_global(scenario, programs, robots, &called_flag(name)).map_err(unknown)
 }
 
 /// Returns the programs of a scenario with the data of the robots that run them.

@@ -30,6 +30,7 @@ use std::iter;
 use std::path::Path;
 use std::sync::Arc;
 
+use bittybuzz_compiler::check::outside::called_flag;
 use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::engine::{
@@ -37,7 +38,7 @@ use crate::engine::{
     TICK_US, World,
 };
 use crate::robot::checks::Findings;
-use crate::robot::{FaultCounts, FaultRecord, LogLine, News, ProgramId, SimRobot};
+use crate::robot::{FaultCounts, FaultRecord, LogLine, News, ProgramId, ScriptNumber, SimRobot};
 use crate::scenario::{
     Adversary, Backend, Quantity, Reduction, ScenarioCause, ScenarioError, Selection, Swarm,
     WorldChange, settings_error,
@@ -212,6 +213,9 @@ impl Simulation {
             WorldChange::Set { robots, global, .. } => {
                 self.setup.check_global(robots, global).map_err(refused)?;
             }
+            WorldChange::Call { robots, function, .. } => {
+                self.setup.check_function(robots, function).map_err(refused)?;
+            }
             _ => {}
         }
         self.event_queue.command(self.world.now(), text, action);
@@ -262,6 +266,9 @@ impl Simulation {
                 }
                 WorldChange::Set { robots, global, number, .. } => {
                     self.set(robots, global, *number)
+                }
+                WorldChange::Call { robots, function, .. } => {
+                    self.set(robots, &called_flag(function), ScriptNumber::Int(1));
                 }
                 _ => {}
             }

@@ -70,6 +70,8 @@ pub enum ScenarioCause {
     UnknownQuantity { text: String },
     /// No script of the robots has a global of that name.
     UnknownGlobal { name: String, known: Vec<String> },
+    /// No script of the robots has a function of that name that an event could call.
+    UnknownFunction { name: String },
     /// A comparison that needs a number has none.
     NotANumber { of: &'static str },
     /// A key that combines the values of robots, for a quantity with a single value.
@@ -200,6 +202,9 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::UnknownQuantity { text } => write!(f, "there is no quantity `{text}`"),
             ScenarioCause::UnknownGlobal { name, .. } => {
                 write!(f, "no script has a global `{name}`")
+            }
+            ScenarioCause::UnknownFunction { name } => {
+                write!(f, "no script of these robots has a function `{name}` to call")
             }
             ScenarioCause::NotANumber { of } => {
                 write!(f, "\"{of}\" needs a comparison with a number")
@@ -347,6 +352,9 @@ impl toml_reader::Cause for ScenarioCause {
                 "the scripts of these robots have none, or images no symbols; a global is assigned outside of functions: `{name} = 0`"
             )),
             ScenarioCause::UnknownGlobal { name, known } => Some(one_of(name, known)),
+            ScenarioCause::UnknownFunction { name } => Some(format!(
+                "write `function {name}() {{ ... }}` in the script; images, and commands of a session, have only the functions that events of the scenario call"
+            )),
             ScenarioCause::StepRate { .. } => {
                 let rates: Vec<String> = step_rates().map(|rate| rate.to_string()).collect();
                 Some(format!(

@@ -62,6 +62,15 @@ pub enum WorldChange {
         /// The place of the name in the file.
         place: Place,
     },
+    /// A function of the robots' scripts is called before their next step.
+    Call {
+        /// The robots that the event is for.
+        robots: Selection,
+        /// The name of the function.
+        function: String,
+        /// The place of the name in the file.
+        place: Place,
+    },
     /// Robots that were absent at the start join.
     Join(Selection),
     /// The robots are moved.
@@ -114,6 +123,7 @@ const ACTIONS: &[&str] = &[
     "brown_out",
     "load",
     "set",
+    "call",
     "join",
     "move",
     "battery",
@@ -167,6 +177,7 @@ pub fn action(
         ("keep", "load"),
         ("global", "set"),
         ("number", "set"),
+        ("function", "call"),
         ("volts", "battery"),
         ("medium", "loss"),
     ] {
@@ -190,6 +201,12 @@ pub fn action(
             WorldChange::Load { robots: robots?, script: script?, keep: keep? }
         }
         "set" => set(section, robot_index.select(&entry), groups)?,
+        "call" => {
+            let robots = robot_index.select(&entry);
+            let name = section.required("function")?;
+            let (function, place) = (name.string()?.to_owned(), name.place());
+            WorldChange::Call { robots: robots?, function, place }
+        }
         "join" => WorldChange::Join(robot_index.select(&entry)?),
         "move" => moved(section, robot_index.select(&entry), world)?,
         "battery" => {
@@ -228,7 +245,9 @@ pub fn action(
         loss.check_emulated(&entry);
     }
     // The emulator loads the flash only at its start, and has no access to the memory later.
-    if let WorldChange::Load { robots, .. } | WorldChange::Set { robots, .. } = &action
+    if let WorldChange::Load { robots, .. }
+    | WorldChange::Set { robots, .. }
+    | WorldChange::Call { robots, .. } = &action
         && robot_index.is_emulated(robots)
     {
         entry.fail(ScenarioCause::NotEmulated { key });

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use bittybuzz_compiler::check::outside::OutsideUses;
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_toml_reader::Place;
 
@@ -26,6 +27,8 @@ pub struct Group {
     /// The robot files of all groups, each once. A script for several of them may ask for functions
     /// that one of them lacks.
     pub robots_of_scenario: Arc<[Robot]>,
+    /// The names that the scenario's events use in the scripts of all groups.
+    pub outside: Arc<OutsideUses>,
     /// The path of the robot file, for a robot that does not ship.
     pub robot_file: Option<PathBuf>,
     /// The model of the robots, with the settings of this group.

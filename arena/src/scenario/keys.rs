@@ -213,6 +213,8 @@ pub const SECTIONS: &[SectionKeys] = &[
             "set" "robots" "" "these robots' scripts get another `number` in a `global`",
             "global" "string" "" "set: name of the global",
             "number" "number" "" "set: the new value; an integer, or a float with a decimal point",
+            "call" "robots" "" "these robots' scripts call a `function` of theirs before the next step",
+            "function" "string" "" "call: name of the function, which gets no arguments",
             "join" "robots" "" "these robots, which were not `present`, enter and start their scripts",
             "move" "robots" "" "these robots move to another place at once",
             "to" "[x, y]" "" "move: new center of these robots, in mm",

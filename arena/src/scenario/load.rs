@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use bittybuzz_compiler::check::outside::OutsideUses;
+
 use super::{Group, GroupId, Scenario, ScheduledEvent, Selection, WorldChange};
 
 /// A script that an event or a command loads into the robots of a group. Each group has its own
@@ -21,6 +23,20 @@ impl Scenario {
         let loaded = self.loads.iter();
         own.chain(loaded.map(|load| (self.group(load.group), &*load.script)))
     }
+}
+
+/// Returns the names that events use in scripts. They are the same for all groups: robots that run one
+/// script send each other numbers of its functions, which must agree.
+pub fn outside_uses(events: &[ScheduledEvent]) -> OutsideUses {
+    let mut uses = OutsideUses::default();
+    for event in events {
+        match &event.action {
+            WorldChange::Call { function, .. } => uses.called.insert(function.clone()),
+            WorldChange::Set { global, .. } => uses.assigned.insert(global.clone()),
+            _ => continue,
+        };
+    }
+    uses
 }
 
 /// Returns the groups that contain some of these robots.

@@ -243,6 +243,8 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         events.push(event);
     }
     let loads = load::loads(&events, &groups);
+    let outside = Arc::new(load::outside_uses(&events));
+    groups.iter_mut().for_each(|group| group.outside = Arc::clone(&outside));
     let adversaries = adversary::read_all(root, &robot_index, known, &groups).into_iter();
     events.extend(adversaries.map(|(at, adversary)| {
         let action = WorldChange::Adversary(Box::new(adversary));

@@ -122,6 +122,7 @@ fn group(
         name,
         robot: robot?,
         robots_of_scenario: Arc::default(),
+        outside: Arc::default(),
         robot_file,
         script: script?,
         backend: backend?,

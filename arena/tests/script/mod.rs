@@ -38,6 +38,7 @@ pub fn program(script: &Path, group: &Group) -> Result<Program, String> {
         robot: Some(group.robot.clone()),
         robots: bittybuzz_robot_files::all_shipped(),
         profile: None,
+        outside: (*group.outside).clone(),
     };
     let text = fs::read_to_string(script).map_err(|error| error.to_string())?;
     let compiled = compile(script, text, &IncludeLoader::new(&DiskFiles), &options);

@@ -49,6 +49,7 @@ impl CompiledScript {
             profile: Some(profile),
             robot: Some(robot),
             robots: bittybuzz_robot_files::all_shipped().to_vec(),
+            ..Options::default()
         };
         let loader =
             IncludeLoader { folders: vec![root().join("lib")], ..IncludeLoader::new(&DiskFiles) };

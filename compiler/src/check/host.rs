@@ -6,6 +6,9 @@
 //! each value. As on other hosts, the tables are new in every step, so that a script can keep an old
 //! one. A call of `debug.print` is a call of the robot function of that name.
 //!
+//! A function of the script that is called from outside, such as by an event of a scenario, is called
+//! there, too: a global of the compiler's own says that it is due.
+//!
 //! A name that the script itself defines or assigns is the script's own and is not filled. A key that
 //! the script does not name is left out, and the function comes after all others: strings and
 //! functions keep the numbers that they have on robots without these tables, to which the script may
@@ -16,6 +19,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use bittybuzz_robot_spec::{Robot, SignatureType, ValueConstant, ValueKey, ValueSource, table_of};
 use bittybuzz_vm_core::builtin::{self, Library};
 
+use crate::check::names::{Meaning, offered};
+use crate::check::outside::{OutsideUses, called_flag};
 use crate::check::robots::KnownRobots;
 use crate::check::suggest::{self, Advice};
 use crate::check::tree::{
@@ -28,8 +33,8 @@ use crate::profile::NumberProfile;
 use crate::source::Span;
 use crate::strings::own_number;
 
-/// The name of the function that fills the tables before each step; no script can have it.
-const FILLING: &str = "host tables";
+/// The name of the function that runs in place of `step`; no script can have it.
+const BEFORE_STEP: &str = "before step";
 
 /// The tables that the robot fills for a script.
 #[derive(Debug, Clone, Default)]
@@ -38,7 +43,7 @@ pub struct HostTables {
     tables: BTreeMap<NameId, HostNode>,
     /// Those whose fields the script only reads, by their names. The script may put more into others.
     read_only: BTreeSet<NameId>,
-    /// The function that runs in place of `step`, if tables are filled before it.
+    /// The function that runs in place of `step`, if something is done before it.
     pub step: Option<FunctionId>,
 }
 
@@ -152,12 +157,57 @@ impl HostTables {
     }
 }
 
-/// Adds the tables of the robots to a script that uses them.
-pub fn furnish(program: &mut ResolvedScript, robots: KnownRobots<'_>, profile: NumberProfile) {
+/// Adds the tables of the robots to a script that uses them, and the calls of its functions from
+/// outside.
+pub fn furnish(
+    program: &mut ResolvedScript,
+    robots: KnownRobots<'_>,
+    profile: NumberProfile,
+    outside: &OutsideUses,
+) {
+    for name in &outside.assigned {
+        // A name that the script only reads is a variable then. Others are variables already, or
+        // belong to the language or the robot.
+        if let Some(id) = program.find_name(name)
+            && program.name(id).definitions.is_empty()
+            && offered(robots, profile, name) == Meaning::Nil
+        {
+            let name = &mut program.names[id.0];
+            let place = name.reads.first().copied();
+            name.writes.extend(place);
+        }
+    }
     make_texts(program, robots, profile);
+    let filled = fill(program, robots);
+    let called = outside.called.iter().filter_map(|name| called(program, name)).collect();
+    program.host.step = step(program, filled, called);
+}
+
+/// Returns the statement that calls a function of the script if its flag is set; `None` if the script
+/// has no such function.
+fn called(program: &mut ResolvedScript, function: &str) -> Option<CheckedStmt> {
+    let id = program.find_name(function)?;
+    let name = &mut program.names[id.0];
+    let definition = name.definitions.last().map(|(_, span)| *span);
+    let span = definition.or(name.writes.first().copied())?;
+    name.calls.push(span);
+    let flag = program.intern(&called_flag(function));
+    let uses = &mut program.names[flag.0];
+    uses.reads.push(span);
+    uses.writes.push(span);
+    let at = |name| expr(CheckedExprKind::Name(name));
+    let (target, value) = (at(flag), expr(CheckedExprKind::Nil));
+    let call = CheckedExprKind::Call { callee: Box::new(at(id)), args: Vec::new() };
+    let assign = stmt(CheckedStmtKind::Assign { target, value });
+    Some(under(at(flag), vec![assign, stmt(CheckedStmtKind::Call(expr(call)))]))
+}
+
+/// Fills the tables of the robots that the script uses in the global code, and returns the statements
+/// that fill them before each step.
+fn fill(program: &mut ResolvedScript, robots: KnownRobots<'_>) -> Vec<CheckedStmt> {
     let roots = roots(program, robots);
     if roots.is_empty() {
-        return;
+        return Vec::new();
     }
     let mut tables = tables(program, robots, &roots);
     call_directly(program, &tables);
@@ -176,8 +226,8 @@ pub fn furnish(program: &mut ResolvedScript, robots: KnownRobots<'_>, profile: N
     if let Some(global) = program.functions.first_mut() {
         global.body.splice(..0, first);
     }
-    let step = step(program, statements);
-    program.host = HostTables { tables, read_only, step };
+    program.host = HostTables { tables, read_only, step: None };
+    statements
 }
 
 /// Returns the names of tables of the robots that the script uses and does not define itself.
@@ -431,30 +481,32 @@ impl Filling<'_> {
     }
 }
 
-/// Adds the function that runs in place of `step`; `None` if nothing is filled, or if the script has no
-/// steps.
-fn step(program: &mut ResolvedScript, statements: Vec<CheckedStmt>) -> Option<FunctionId> {
-    let step = program.find_name("step")?;
-    let name = &mut program.names[step.0];
-    let is_there = !name.definitions.is_empty() || !name.writes.is_empty();
-    if statements.is_empty() || !is_there {
+/// Adds the function that runs in place of `step`; `None` if it would do nothing else. Nothing is filled
+/// if the script has no steps.
+fn step(
+    program: &mut ResolvedScript,
+    filled: Vec<CheckedStmt>,
+    called: Vec<CheckedStmt>,
+) -> Option<FunctionId> {
+    if filled.is_empty() && called.is_empty() {
         return None;
     }
-    let span = name.definitions.last().map(|(_, span)| *span).or(name.writes.first().copied());
-    name.reads.push(span.unwrap_or_default());
-    name.calls.push(span.unwrap_or_default());
-    let condition = expr(CheckedExprKind::Name(step));
-    let callee = Box::new(expr(CheckedExprKind::Name(step)));
-    let call =
-        stmt(CheckedStmtKind::Call(expr(CheckedExprKind::Call { callee, args: Vec::new() })));
-    let then = CheckedBlock { stmts: vec![call], span: Span::default() };
-    let branches = vec![CheckedBranch { condition, then }];
-    let otherwise = CheckedBlock::default();
-    let mut body = statements;
-    body.push(stmt(CheckedStmtKind::If { branches, otherwise }));
+    let (mut body, mut span) = (called, Span::default());
+    if let Some((name, place)) = own_step(program) {
+        span = place;
+        body.splice(..0, filled);
+        let uses = &mut program.names[name.0];
+        uses.reads.push(place);
+        uses.calls.push(place);
+        let at = || expr(CheckedExprKind::Name(name));
+        let call = CheckedExprKind::Call { callee: Box::new(at()), args: Vec::new() };
+        // A variable may hold nil.
+        body.push(under(at(), vec![stmt(CheckedStmtKind::Call(expr(call)))]));
+    } else if body.is_empty() {
+        return None;
+    }
     let id = FunctionId(program.functions.len());
-    let span = span.unwrap_or_default();
-    let name = Some(FILLING.to_owned());
+    let name = Some(BEFORE_STEP.to_owned());
     program.functions.push(CheckedFunction { name, span, body, ..CheckedFunction::default() });
     Some(id)
 }
@@ -508,6 +560,21 @@ fn make_texts(program: &mut ResolvedScript, robots: KnownRobots<'_>, profile: Nu
         });
     }
     program.functions = functions;
+}
+
+/// Returns the name of the script's steps and its place, if the script has any.
+fn own_step(program: &ResolvedScript) -> Option<(NameId, Span)> {
+    let id = program.find_name("step")?;
+    let name = program.name(id);
+    let definition = name.definitions.last().map(|(_, span)| *span);
+    Some((id, definition.or(name.writes.first().copied())?))
+}
+
+/// Returns `if(condition) { statements }`.
+fn under(condition: CheckedExpr, stmts: Vec<CheckedStmt>) -> CheckedStmt {
+    let then = CheckedBlock { stmts, span: Span::default() };
+    let branches = vec![CheckedBranch { condition, then }];
+    stmt(CheckedStmtKind::If { branches, otherwise: CheckedBlock::default() })
 }
 
 fn expr(kind: CheckedExprKind) -> CheckedExpr {

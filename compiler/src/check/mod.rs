@@ -12,6 +12,7 @@ mod forgotten;
 mod host;
 pub mod missing;
 pub mod names;
+pub mod outside;
 mod overflow;
 mod reach;
 pub mod resolve;
@@ -30,6 +31,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::parser::Hidden;
 use crate::profile::NumberProfile;
 use names::Meanings;
+use outside::OutsideUses;
 use robots::KnownRobots;
 use tree::ResolvedScript;
 
@@ -45,17 +47,18 @@ pub struct Checked<'a> {
 
 /// Checks a script. `arithmetic` is the profile for which operations on constants are checked.
 /// Names in `hidden` get no diagnostics, because their uses or definitions may be in source with
-/// syntax errors.
+/// syntax errors. `outside` are the names that something outside of the script uses.
 pub fn check<'a>(
     script: &Script,
     robots: KnownRobots<'a>,
     profile: NumberProfile,
     arithmetic: NumberProfile,
     hidden: Hidden,
+    outside: &OutsideUses,
 ) -> Checked<'a> {
     let (mut program, mut diagnostics) = resolve::resolve(script);
     program.hidden = hidden;
-    host::furnish(&mut program, robots, profile);
+    host::furnish(&mut program, robots, profile, outside);
     let meanings = Meanings::new(&program, robots, profile);
     diagnostics.extend(shadowing::check_names(&program, robots, profile));
     diagnostics.extend(walk::check_expressions(&program, &meanings, profile));

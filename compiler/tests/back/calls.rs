@@ -29,7 +29,7 @@ fn print_is_log_unless_the_robot_or_the_script_has_another() {
             .filter(|f| f.name == "led")
             .for_each(|f| f.name = "print".to_owned());
     });
-    let options = Options { robot: Some(robot.clone()), robots: vec![robot], profile: None };
+    let options = Options { robot: Some(robot.clone()), robots: vec![robot], ..Options::default() };
     let codes = |script: &str| -> Vec<&str> {
         build_with(script, &options).diagnostics.iter().map(|d| d.code.text()).collect()
     };

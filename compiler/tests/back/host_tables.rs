@@ -1,5 +1,6 @@
 //! Tables that a robot fills: the numbers of strings and functions, names of the script, fields that no robot has.
 
+use bittybuzz_compiler::check::outside::OutsideUses;
 use bittybuzz_compiler::compile::{Compiled, Options};
 use bittybuzz_compiler::profile::NumberProfile;
 use bittybuzz_robot_spec::Robot;
@@ -99,7 +100,7 @@ fn strings_and_functions_keep_their_numbers() {
     let (without, same) = numbers(&build(script, false));
     assert_eq!(strings, same);
     assert_eq!(functions[..without.len()], without);
-    assert_eq!(functions[without.len()..], ["host tables"]);
+    assert_eq!(functions[without.len()..], ["before step"]);
     // The keys `y` and `angle`, which the script does not name, are left out.
     assert!(!strings.iter().any(|text| text == "y" || text == "angle"), "{strings:?}");
 }
@@ -175,7 +176,8 @@ fn fields_that_no_robot_has_are_reported() {
 /// Other robots lack the tables, and the message says so.
 #[test]
 fn robots_that_lack_a_table_are_named() {
-    let options = Options { robot: Some(robot(false)), robots: vec![robot(true)], profile: None };
+    let options =
+        Options { robot: Some(robot(false)), robots: vec![robot(true)], ..Options::default() };
     let codes = |script: &str| -> Vec<_> {
         let compiled = build_with(script, &options);
         compiled.diagnostics.iter().map(|found| found.code.text()).collect()
@@ -199,11 +201,43 @@ fn small_numbers_have_tables_too() {
 /// The entry of the steps is the script's function or a variable; without either, nothing is filled.
 #[test]
 fn steps_in_any_form_have_tables() {
-    let fills = |script: &str| numbers(&build(script, true)).0.contains(&"host tables".to_owned());
+    let fills = |script: &str| numbers(&build(script, true)).0.contains(&"before step".to_owned());
     assert!(fills("function step() { log(pose.position.x) }"));
     assert!(fills("step = function() { log(pose.position.x) }"));
     assert!(fills("function go() { log(pose.position.x) } function init() { step = go }"));
     assert!(fills("function step() { log(pose.position.x) step = nil }"));
     assert!(!fills("function init() { log(pose.position.x) }"));
     assert!(!fills("log(pose.position.x)"));
+}
+
+/// What events of a scenario use is there although the script does not use it.
+#[test]
+fn functions_and_names_are_used_from_outside() {
+    let uses = OutsideUses {
+        called: ["alarm", "none"].map(str::to_owned).into(),
+        assigned: ["goal", "none"].map(str::to_owned).into(),
+    };
+    let build = |script: &str, outside: &OutsideUses| {
+        let robot = Some(robot(true));
+        build_with(script, &Options { robot, outside: outside.clone(), ..Options::default() })
+    };
+    let script = "function alarm() { log(goal) }\nfunction step() { go(1) }";
+    let codes = |compiled: &Compiled| -> Vec<_> {
+        compiled.diagnostics.iter().map(|found| found.code.text()).collect()
+    };
+    // Nothing calls `alarm`, and nothing assigns `goal`.
+    assert_eq!(codes(&build(script, &OutsideUses::default())), ["W0201"]);
+    let used = build(script, &uses);
+    assert_eq!(codes(&used), [""; 0]);
+    let mut globals = used.symbols.unwrap().globals;
+    globals.sort();
+    assert_eq!(globals, ["call alarm", "goal"]);
+    // A script without steps has calls, too.
+    let without = build("function alarm() { log(1) }", &uses);
+    let symbols = without.symbols.unwrap();
+    assert_eq!(symbols.globals, ["call alarm"]);
+    assert!(symbols.functions.iter().any(|function| function.name == "before step"));
+    // Nothing of it is in a script without these names.
+    let plain = "function step() { go(1) }";
+    assert_eq!(build(plain, &uses).image, build(plain, &OutsideUses::default()).image);
 }

@@ -43,7 +43,7 @@ help = "notes its argument"
 /// Options for the robot that records.
 pub fn recorder(profile: ProfileName) -> Options {
     let robot = Robot::parse(ROBOT, "recorder.toml").expect("a robot");
-    Options { profile: Some(profile), robot: Some(robot), robots: Vec::new() }
+    Options { profile: Some(profile), robot: Some(robot), ..Options::default() }
 }
 
 /// Options for a script that may call what any robot has.

@@ -90,7 +90,7 @@ fn codes_of(example: &str) -> Vec<DiagnosticCode> {
     let main = Path::new("scripts/main.bzz");
     let robots = bittybuzz_robot_files::all_shipped();
     let robot = robots.iter().find(|known| known.name == robot.trim()).cloned();
-    let options = Options { robot, robots, profile: None };
+    let options = Options { robot, robots, ..Options::default() };
     let compiled = compile(main, text.to_owned(), &IncludeLoader::new(&files), &options);
     compiled.diagnostics.iter().map(|diagnostic| diagnostic.code).collect()
 }

@@ -251,9 +251,9 @@ fn compiled(script: &Path, robot: &Robot) -> Result<Vec<u8>, BuildError> {
     let library = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../lib");
     let loader = IncludeLoader { folders: vec![library], ..IncludeLoader::new(&DiskFiles) };
     let options = Options {
-        profile: None,
         robot: Some(robot.clone()),
         robots: bittybuzz_robot_files::all_shipped(),
+        ..Options::default()
     };
     let compiled = compile(script, text, &loader, &options);
     let image = image(&compiled).ok_or_else(|| BuildError::Errors(script.to_owned()))?;

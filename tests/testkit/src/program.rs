@@ -41,7 +41,7 @@ impl Program {
         // Read once: tests compile thousands of scripts.
         static ROBOTS: OnceLock<Vec<Robot>> = OnceLock::new();
         let robots = ROBOTS.get_or_init(bittybuzz_robot_files::all_shipped).clone();
-        Options { profile: Some(profile), robot: None, robots }
+        Options { profile: Some(profile), robots, ..Options::default() }
     }
 
     /// Keeps the image for ever, so that machines that live as long as the test can run it.

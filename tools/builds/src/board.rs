@@ -233,9 +233,9 @@ impl FirmwareBuild {
         let loader =
             IncludeLoader { folders: vec![root().join("lib")], ..IncludeLoader::new(&DiskFiles) };
         let options = Options {
-            profile: None,
             robot: Some(self.shipped()?),
             robots: bittybuzz_robot_files::all_shipped(),
+            ..Options::default()
         };
         let image = compile(&path, text, &loader, &options).image.unwrap_or_default();
         Ok(fit::parts(&image))
