@@ -165,8 +165,10 @@ fn value_section(value: &MissingValue, sources: &SourceMap) -> String {
 fn function_section(function: &MissingFunction, sources: &SourceMap) -> String {
     let path = one_line(sources.path(function.first_call.file));
     let place = sources.line_column(function.first_call);
-    let accepts: Vec<String> =
+    let mut accepts: Vec<String> =
         function.counts.iter().map(|count| format!("\"{}\"", parameters(*count))).collect();
+    // Several large numbers of arguments give the same list.
+    accepts.dedup();
     let mut counts: Vec<String> = function.counts.iter().map(usize::to_string).collect();
     let last = counts.pop().expect("a function is missing because it is called");
     let before = if counts.is_empty() { "" } else { " or " };

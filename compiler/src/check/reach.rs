@@ -38,48 +38,63 @@ pub fn of_step(program: &ResolvedScript) -> BTreeSet<FunctionId> {
     reach.finish()
 }
 
-/// The globals whose tables are used otherwise than by the names of fields, so that nothing is known
+/// A name that is not a local, and the fields that lead on from it: `math.vec2` is `vec2` in `math`.
+type TablePath<'a> = (NameId, Vec<&'a str>);
+
+fn table_path(expr: &CheckedExpr) -> Option<TablePath<'_>> {
+    match &expr.kind {
+        CheckedExprKind::Name(name) => Some((*name, Vec::new())),
+        CheckedExprKind::Field { object, key, .. } => {
+            let (name, mut keys) = table_path(object)?;
+            keys.push(key);
+            Some((name, keys))
+        }
+        _ => None,
+    }
+}
+
+/// The tables that are used otherwise than by the names of their fields, so that nothing is known
 /// about the fields that are read; `None` stands for all of them.
-fn passed_on(program: &ResolvedScript) -> Option<BTreeSet<NameId>> {
-    let mut names = BTreeSet::new();
+fn passed_on(program: &ResolvedScript) -> Option<BTreeSet<TablePath<'_>>> {
+    let mut tables = BTreeSet::new();
     let mut has_self = false;
+    let mut visit = |value| match table_path(value) {
+        Some(path) => drop(tables.insert(path)),
+        // A call of a field passes its table.
+        None => has_self |= matches!(value.kind, CheckedExprKind::SelfValue),
+    };
     for function in &program.functions {
         each_stmt(&function.body, &mut |stmt| {
             for expr in expressions(stmt) {
-                whole(expr, &mut |value| match value.kind {
-                    CheckedExprKind::Name(name) => drop(names.insert(name)),
-                    // A call of a field passes its table.
-                    CheckedExprKind::SelfValue => has_self = true,
-                    _ => {}
-                });
+                whole(expr, &mut visit);
             }
         });
     }
-    (!has_self).then_some(names)
+    (!has_self).then_some(tables)
 }
 
-/// Calls `visit` for the expression and those in it, except for names and `self` of which a field is
+/// Calls `visit` for the expression and those in it, except for tables and `self` of which a field is
 /// named.
 fn whole<'a>(expr: &'a CheckedExpr, visit: &mut dyn FnMut(&'a CheckedExpr)) {
     visit(expr);
     children(expr, |child| {
         let is_named = matches!(expr.kind, CheckedExprKind::Field { .. })
-            && matches!(child.kind, CheckedExprKind::Name(_) | CheckedExprKind::SelfValue);
+            && (table_path(child).is_some() || matches!(child.kind, CheckedExprKind::SelfValue));
         if !is_named {
             whole(child, visit);
         }
     });
 }
 
-/// Returns the expressions of a statement, without those of the statements in it, and without a name
-/// to which it assigns.
+/// Returns the expressions of a statement, without those of the statements in it, and without a name or
+/// a field of a table to which it assigns.
 fn expressions(stmt: &CheckedStmt) -> Vec<&CheckedExpr> {
     match &stmt.kind {
         CheckedStmtKind::Var { value, .. } | CheckedStmtKind::Return(value) => {
             value.iter().collect()
         }
         CheckedStmtKind::Assign { target, value } => {
-            let target = Some(target).filter(|t| !matches!(t.kind, CheckedExprKind::Name(_)));
+            let target = Some(target).filter(|target| table_path(target).is_none());
             target.into_iter().chain([value]).collect()
         }
         CheckedStmtKind::If { branches, .. } => {
@@ -92,7 +107,7 @@ fn expressions(stmt: &CheckedStmt) -> Vec<&CheckedExpr> {
 
 struct Reach<'a> {
     program: &'a ResolvedScript,
-    passed_on: Option<BTreeSet<NameId>>,
+    passed_on: Option<BTreeSet<TablePath<'a>>>,
     running: BTreeSet<FunctionId>,
     waiting: Vec<FunctionId>,
     /// The names of the fields that running functions read.
@@ -134,9 +149,7 @@ impl<'a> Reach<'a> {
             return;
         };
         match (&target.kind, &value.kind) {
-            (CheckedExprKind::Name(name), CheckedExprKind::Table(entries))
-                if self.is_only_named(*name) =>
-            {
+            (_, CheckedExprKind::Table(entries)) if self.is_only_named(target) => {
                 for (key, value) in entries {
                     match (&key.kind, &value.kind) {
                         (CheckedExprKind::Str(key), CheckedExprKind::Lambda(lambda)) => {
@@ -146,7 +159,8 @@ impl<'a> Reach<'a> {
                     }
                 }
             }
-            (CheckedExprKind::Field { object, key, .. }, CheckedExprKind::Lambda(lambda)) if matches!(object.kind, CheckedExprKind::Name(name) if self.is_only_named(name)) =>
+            (CheckedExprKind::Field { object, key, .. }, CheckedExprKind::Lambda(lambda))
+                if self.is_only_named(object) =>
             {
                 self.member(key, *lambda);
             }
@@ -171,9 +185,13 @@ impl<'a> Reach<'a> {
         children(expr, |child| self.expr(child));
     }
 
-    /// Returns true if the table in a global is used only by the names of its fields.
-    fn is_only_named(&self, name: NameId) -> bool {
-        self.passed_on.as_ref().is_some_and(|passed_on| !passed_on.contains(&name))
+    /// Returns true if a table, and every table that it is in, is used only by the names of its fields.
+    fn is_only_named(&self, table: &'a CheckedExpr) -> bool {
+        let (Some(passed_on), Some((name, keys))) = (&self.passed_on, table_path(table)) else {
+            return false;
+        };
+        let mut tables = (0..=keys.len()).map(|length| (name, keys[..length].to_vec()));
+        !tables.any(|table| passed_on.contains(&table))
     }
 
     /// Handles a lambda in a field.

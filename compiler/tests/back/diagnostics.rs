@@ -158,6 +158,23 @@ const CASES: &[(&str, &str, &str)] = &[
     ),
     ("function _f() { g() } function step() { log(1) }", "W0228", "g"),
     ("function _f() { return math.atan2(1, 2) } function init() { log(1) }", "W0228", "atan2"),
+    (
+        "math.v = {} math.v.f = function() { return math.atan2(1, 2) } function init() { log(1) }",
+        "W0228",
+        "atan2",
+    ),
+    ("math.v = {.f = function() { g() }} function init() { log(math.v.x) }", "W0228", "g"),
+    ("math.v = {} math.v.f = function() { g() } function init() { math.v.f() }", "E0401", "g"),
+    (
+        "math.v = {} math.v.f = function() { g() } function init() { var v = math.v v.f() }",
+        "E0401",
+        "g",
+    ),
+    (
+        "math.v = {} math.v.f = function() { g() } function init() { foreach(math, log) }",
+        "E0401",
+        "g",
+    ),
     ("v = stigmergy.create(\"vs\")", "W0306", "\"vs\""),
     ("s = swarm.create(\"red\")", "W0306", "\"red\""),
     ("x = math.abs(\"1\")", "W0306", "\"1\""),

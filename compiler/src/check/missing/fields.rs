@@ -1,9 +1,10 @@
 //! Finds the fields of tables that only a robot can provide: values and functions.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use bittybuzz_vm_core::builtin;
 
+use super::texts::{Holder, holder};
 use super::{DirectCall, MissingFunction, MissingValue, statements};
 use crate::check::names::{Meaning, Meanings};
 use crate::check::tree::{
@@ -20,13 +21,25 @@ pub struct Fields<'a> {
     uses: BTreeMap<String, Span>,
     /// Calls of functions in tables, by path.
     pub calls: BTreeMap<String, Vec<DirectCall>>,
+    /// The function that is being visited.
+    function: FunctionId,
+    /// Variables that hold tables of the robot, such as the `beam` of `var beam = proximity[0]`.
+    held: HashMap<Holder, String>,
 }
 
 impl<'a> Fields<'a> {
     pub fn find(program: &'a ResolvedScript, meanings: &'a Meanings<'a>) -> Self {
-        let mut fields =
-            Fields { program, meanings, uses: BTreeMap::new(), calls: BTreeMap::new() };
-        for function in &program.functions {
+        let mut fields = Fields {
+            program,
+            meanings,
+            uses: BTreeMap::new(),
+            calls: BTreeMap::new(),
+            function: FunctionId::GLOBAL,
+            held: HashMap::new(),
+        };
+        fields.find_held();
+        for (id, function) in (0..).map(FunctionId).zip(&program.functions) {
+            fields.function = id;
             let statements = statements(function);
             each_stmt(&function.body, &mut |stmt| {
                 let mut visit = |expr: &'a CheckedExpr| fields.expr(expr, &statements);
@@ -49,6 +62,28 @@ impl<'a> Fields<'a> {
         fields
     }
 
+    /// Finds the variables that hold tables of the robot.
+    fn find_held(&mut self) {
+        for (id, function) in (0..).map(FunctionId).zip(&self.program.functions) {
+            self.function = id;
+            each_stmt(&function.body, &mut |stmt| {
+                let (variable, value) = match &stmt.kind {
+                    CheckedStmtKind::Var { local, value: Some(value) } => {
+                        (Some(Holder::Local(id, *local)), value)
+                    }
+                    CheckedStmtKind::Assign { target, value } => (holder(id, target), value),
+                    _ => return,
+                };
+                let is_table = !matches!(value.kind, CheckedExprKind::Call { .. });
+                if let (Some(variable), Some(path)) =
+                    (variable, self.path(value).filter(|_| is_table))
+                {
+                    self.held.insert(variable, path);
+                }
+            });
+        }
+    }
+
     /// Visits an expression, and those in it that are not the table of a field.
     fn expr(&mut self, expr: &'a CheckedExpr, statements: &HashSet<Span>) {
         match &expr.kind {
@@ -69,7 +104,7 @@ impl<'a> Fields<'a> {
                     }
                     None => self.expr(callee, statements),
                 }
-                if let (CheckedExprKind::Name(name), [table, function]) =
+                if let (CheckedExprKind::Name(name), [table, function, ..]) =
                     (&callee.kind, args.as_slice())
                 {
                     self.iteration(*name, table, function);
@@ -95,7 +130,7 @@ impl<'a> Fields<'a> {
     /// Handles `foreach(table, function)` and the like: each element is a value, or a table with the
     /// fields that the function reads of its second parameter.
     fn iteration(&mut self, name: NameId, table: &CheckedExpr, function: &CheckedExpr) {
-        let iterates = [builtin::FOREACH, builtin::MAP, builtin::FILTER];
+        let iterates = [builtin::FOREACH, builtin::MAP, builtin::FILTER, builtin::REDUCE];
         let is_iteration =
             iterates.iter().any(|it| self.meanings.of(name) == Meaning::Builtin(*it));
         let Some(path) = self.path(table).filter(|_| is_iteration) else { return };
@@ -123,11 +158,16 @@ impl<'a> Fields<'a> {
 
     /// Returns the path of a name that nothing defines and of fields in its table.
     fn path(&self, expr: &CheckedExpr) -> Option<String> {
+        let held = || self.held.get(&holder(self.function, expr)?).cloned();
         match &expr.kind {
+            CheckedExprKind::Local(_) => held(),
             CheckedExprKind::Name(name) => {
                 let text = &self.program.name(*name).text;
                 let is_missing = self.meanings.of(*name) == Meaning::Nil;
-                (is_missing && text != "pos" && text != "io").then(|| text.clone())
+                match is_missing && text != "pos" && text != "io" {
+                    true => Some(text.clone()),
+                    false => held(),
+                }
             }
             CheckedExprKind::Field { object, key, .. } => {
                 self.path(object).map(|table| format!("{table}.{key}"))

@@ -12,9 +12,9 @@ use crate::check::tree::{
 };
 use crate::source::Span;
 
-/// A variable that holds a text.
+/// A variable.
 #[derive(PartialEq, Eq, Hash)]
-enum Holder {
+pub enum Holder {
     Local(FunctionId, LocalId),
     Global(NameId),
 }
@@ -52,7 +52,8 @@ pub fn texts(program: &ResolvedScript, meanings: &Meanings<'_>) -> HashSet<Span>
     places
 }
 
-fn holder(function: FunctionId, expr: &CheckedExpr) -> Option<Holder> {
+/// Returns the variable that an expression in a function names.
+pub fn holder(function: FunctionId, expr: &CheckedExpr) -> Option<Holder> {
     match expr.kind {
         CheckedExprKind::Local(local) => Some(Holder::Local(function, local)),
         CheckedExprKind::Name(name) => Some(Holder::Global(name)),

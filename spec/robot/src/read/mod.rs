@@ -616,9 +616,12 @@ impl Names {
         false
     }
 
-    /// Adds a value. A value is also the name of the function that reads it.
-    fn add_value(&mut self, entry: &Entry<'_>, path: &ValuePath) -> bool {
-        self.add_function(entry, path.text())
+    /// Adds a value. A value that changes is also the name of the function that reads it.
+    fn add_value(&mut self, entry: &Entry<'_>, path: &ValuePath, changes: bool) -> bool {
+        match changes {
+            true => self.add_function(entry, path.text()),
+            false => self.add_in_table(entry, path.text()),
+        }
     }
 
     /// Adds a name that may stand in a table, such as `debug.print`. A table that holds names is no

@@ -37,7 +37,8 @@ pub fn value(
             entry.fail(RobotFileCause::BadPath { text: text.to_owned() });
             return None;
         };
-        names.add_value(&entry, &path).then_some(path)
+        let changes = section.get("reads").is_some();
+        names.add_value(&entry, &path, changes).then_some(path)
     });
     let help = line(section, "help");
     let is_integer = section.get("returns").map(|entry| {
