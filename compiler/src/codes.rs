@@ -110,7 +110,7 @@ codes! {
     OperatorGrouping = "W0105", "operators that group otherwise than in C or Python";
     ReturnFromNextLine = "W0106", "return takes its value from the next line";
     IncludeFromWorkingFolder = "W0107", "an include found only in the working folder";
-    BitwiseNotOfCondition = "W0108", "`!` in front of a condition";
+    BitwiseNotOfCondition = "W0108", "`!` where a condition is meant";
     SemicolonBeforeBody = "W0109", "a `;` between a condition and its body";
     EmptyBody = "W0110", "an if, else or loop without a body";
     SecondPoint = "W0111", "a number with a second decimal point";
@@ -118,11 +118,11 @@ codes! {
     NeverAssigned = "W0201", "a name that nothing defines: it is nil";
     RobotNameTaken = "W0202", "a robot function's name used for something else";
     BuiltinNameTaken = "W0203", "a built-in name used for something else";
-    FunctionRedefined = "W0204", "a function defined twice";
+    FunctionRedefined = "W0204", "a function that another definition or a value replaces";
     MissingArguments = "W0205", "a call with fewer arguments than parameters";
     ExtraArguments = "W0206", "a call with more arguments than parameters";
     CaptureAssigned = "W0207", "an assignment that changes only a copy";
-    UnknownMember = "W0208", "a field of a library that does not exist: it is nil";
+    UnknownMember = "W0208", "a field that does not exist: it is nil";
     SelfIsNil = "W0209", "self where it is always nil";
     OwnInitializer = "W0210", "a variable used in its own first value";
     Unreachable = "W0211", "code that can never run";
@@ -154,6 +154,9 @@ codes! {
     IntegerWraps = "W0309", "an operation on constants that wraps";
     FloatOverflows = "W0310", "an operation on constants that becomes infinite";
     SumStops = "W0311", "a sum of small numbers that stops growing";
+    NeighborByNumber = "W0312", "a number from 0 on in place of a neighbor's id";
+    EndlessLoop = "W0313", "a loop whose condition nothing changes";
+    DegreesForRadians = "W0314", "an angle in degrees where radians are needed";
 }
 
 impl DiagnosticCode {

@@ -263,18 +263,3 @@ fn is_name_start(c: char) -> bool {
 fn is_name_part(c: char) -> bool {
     c == '_' || c.is_alphanumeric()
 }
-
-/// Returns true if `kind` ends an expression, so that a `.` after it selects a field.
-fn ends_value(kind: &TokenKind) -> bool {
-    match kind {
-        TokenKind::Name(_) | TokenKind::Int(_) | TokenKind::Float(_) | TokenKind::Str(_) => true,
-        TokenKind::Fixed(fixed) => matches!(
-            fixed,
-            FixedToken::CloseParen
-                | FixedToken::CloseBracket
-                | FixedToken::CloseBrace
-                | FixedToken::Nil
-        ),
-        _ => false,
-    }
-}

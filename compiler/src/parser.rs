@@ -5,6 +5,7 @@
 //! statement. Therefore one mistake gives one message, and one run finds many mistakes.
 
 mod brackets;
+mod consequences;
 mod expression;
 mod function;
 mod grouping;
@@ -87,6 +88,7 @@ fn parse_loaded(loaded: Loaded) -> Parsed {
     });
     diagnostics.append(&mut parser.diagnostics);
     diagnostics.sort_by_key(|diagnostic| (diagnostic.span.file, diagnostic.span.start));
+    consequences::remove(&mut diagnostics, &tokens, &lost, &sources);
     let hidden = Hidden::find(&tokens, &lost, gave_up, &sources, &diagnostics);
     Parsed { script, sources, diagnostics, token_hash, strings, hidden }
 }

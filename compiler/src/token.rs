@@ -152,6 +152,23 @@ impl FixedToken {
 }
 
 impl TokenKind {
+    /// Returns true for a token that ends an expression, so that a `.` after it selects a field.
+    pub fn ends_value(&self) -> bool {
+        match self {
+            TokenKind::Name(_) | TokenKind::Int(_) | TokenKind::Float(_) | TokenKind::Str(_) => {
+                true
+            }
+            TokenKind::Fixed(fixed) => matches!(
+                fixed,
+                FixedToken::CloseParen
+                    | FixedToken::CloseBracket
+                    | FixedToken::CloseBrace
+                    | FixedToken::Nil
+            ),
+            _ => false,
+        }
+    }
+
     /// Returns the name of this token in messages.
     pub fn describe(&self) -> String {
         match self {

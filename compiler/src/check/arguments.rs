@@ -104,6 +104,9 @@ pub fn check_arguments(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec
             CheckedExprKind::Call { callee, args } => {
                 let Some(info) = called(callee, meanings) else { return };
                 diagnostics.extend(wrong_argument(info, args, meanings));
+                if matches!(info.number, builtin::SIN | builtin::COS | builtin::TAN) {
+                    diagnostics.extend(args.first().and_then(in_degrees));
+                }
                 if info.number == builtin::LOG {
                     diagnostics.extend(format_in_log(args));
                 }
@@ -136,6 +139,10 @@ fn wrong_argument(
     args: &[CheckedExpr],
     meanings: &Meanings<'_>,
 ) -> Option<Diagnostic> {
+    // Another number of arguments is an error of its own, and each may stand at a wrong place.
+    if args.len() < usize::from(info.min) || args.len() > usize::from(info.max) {
+        return None;
+    }
     let mut pairs = args.iter().zip(wanted(info.number));
     let (arg, wanted, kind) = pairs.find_map(|(arg, wanted)| {
         let kind = kind_of(arg, meanings).filter(|kind| !wanted.takes(*kind))?;
@@ -149,6 +156,29 @@ fn wrong_argument(
         )
         .label("stops the script")
         .help(info.help),
+    )
+}
+
+/// Reports a constant angle that is beyond a whole turn in radians. Half of a turn and the like are
+/// meant in degrees.
+fn in_degrees(angle: &CheckedExpr) -> Option<Diagnostic> {
+    let number = match angle.kind {
+        CheckedExprKind::Int(number) => number as f64,
+        CheckedExprKind::Float(number) => number,
+        _ => return None,
+    };
+    if number.abs() <= std::f64::consts::TAU.ceil() {
+        return None;
+    }
+    let radians = format!("{:.4}", number.to_radians());
+    Some(
+        Diagnostic::new(
+            DiagnosticCode::DegreesForRadians,
+            angle.span,
+            format!("angles are in radians, and {number} rad are more than a whole turn"),
+        )
+        .help(format!("{number} degrees are {radians}"))
+        .guess(angle.span, radians),
     )
 }
 

@@ -82,13 +82,21 @@ const KEY_NAMES: [&str; 6] = ["key", "k", "id", "rid", "topic", "robot_id"];
 /// The fields of a neighbor's data.
 const NEIGHBOR_FIELDS: [&str; 3] = ["distance", "azimuth", "elevation"];
 
+/// What is found about callbacks.
+pub struct Callbacks {
+    pub diagnostics: Vec<Diagnostic>,
+    /// Functions that are called where they are meant as callbacks.
+    pub called: BTreeSet<FunctionId>,
+}
+
 /// Checks every callback of a script.
-pub fn check_callbacks(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+pub fn check_callbacks(program: &ResolvedScript, meanings: &Meanings<'_>) -> Callbacks {
     let mut checker = CallbackChecker {
         program,
         meanings,
         fields: written_fields(program),
         known: BTreeSet::new(),
+        called: BTreeSet::new(),
         diagnostics: Vec::new(),
     };
     for function in &program.functions {
@@ -103,7 +111,7 @@ pub fn check_callbacks(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec
             }
         });
     }
-    checker.diagnostics
+    Callbacks { diagnostics: checker.diagnostics, called: checker.called }
 }
 
 /// Returns the names of all fields that the script writes, in any table.
@@ -136,6 +144,8 @@ struct CallbackChecker<'a> {
     fields: BTreeSet<&'a str>,
     /// Pairs of a callback and a built-in that were already checked.
     known: BTreeSet<(FunctionId, u8)>,
+    /// Functions that are called where they are meant as callbacks.
+    called: BTreeSet<FunctionId>,
     diagnostics: Vec<Diagnostic>,
 }
 
@@ -151,10 +161,40 @@ impl CallbackChecker<'_> {
             };
         }
         let Some(arg) = args.get(at) else { return };
+        self.check_for_call(arg, info);
         let Some(function) = self.meanings.function(arg) else { return };
         if self.known.insert((function, info.number)) {
             self.callback(function, info, roles, arg.span);
         }
+    }
+
+    /// Reports a call of a script function that returns nothing in place of a callback.
+    fn check_for_call(&mut self, arg: &CheckedExpr, info: &BuiltinInfo) {
+        let CheckedExprKind::Call { callee, args } = &arg.kind else { return };
+        let Some(function) = self.meanings.function(callee) else { return };
+        let CheckedExprKind::Name(name) = callee.kind else { return };
+        let mut has_result = false;
+        each_stmt(&self.program.function(function).body, &mut |stmt| {
+            has_result |= matches!(stmt.kind, CheckedStmtKind::Return(Some(_)));
+        });
+        if has_result {
+            return;
+        }
+        self.called.insert(function);
+        let name = &self.program.name(name).text;
+        let message = format!(
+            "`{}` needs a function here, and this call of `{name}` gives nil",
+            suggest::path(info)
+        );
+        let diagnostic = Diagnostic::new(DiagnosticCode::BuiltinArgumentType, arg.span, message)
+            .label("called at once, only here")
+            .help(format!("pass the function itself, without arguments: `{name}`"));
+        let has_arguments = !args.is_empty();
+        let rest = Span { start: callee.span.end, ..arg.span };
+        self.diagnostics.push(match has_arguments {
+            true => diagnostic.guess(rest, ""),
+            false => diagnostic.edit(rest, ""),
+        });
     }
 
     /// Returns true if the callee is a method of a snapshot that holds the data of neighbors

@@ -37,7 +37,7 @@ impl Meanings<'_> {
     }
 
     /// Returns the kind of object that an expression certainly yields.
-    fn object_of(&self, expr: &CheckedExpr) -> Option<Library> {
+    pub fn object_of(&self, expr: &CheckedExpr) -> Option<Library> {
         match &expr.kind {
             CheckedExprKind::Call { callee, .. } => match self.built_in(callee)?.number {
                 builtin::STIGMERGY_CREATE => Some(Library::StigmergyObject),

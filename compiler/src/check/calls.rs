@@ -26,12 +26,31 @@ impl Checker<'_> {
                 if let Some(library) = self.meanings.library(object) {
                     let spans = [callee.span, *key_span, span];
                     self.check_member_call(library, key, args, spans);
+                } else if let Some(library) = self.meanings.object_of(object) {
+                    if builtin::find(library, key).is_none() {
+                        // Other versions of Buzz have further ones, which a script may never call.
+                        let code = DiagnosticCode::UnknownMember;
+                        let noun = suggest::object_noun(library);
+                        let message = format!("{noun} has no function `{key}`");
+                        let diagnostic = Diagnostic::new(code, *key_span, message);
+                        let diagnostic = self.with_method(library, key, *key_span, diagnostic);
+                        self.report(diagnostic.label("nil, and calling it stops the script"));
+                    }
                 } else if let Some(field) = self.host_field(object, key) {
                     let code = DiagnosticCode::UnknownMemberCalled;
                     let message = format!("`{}` has no function `{key}`", field.table);
                     let diagnostic = self.unknown_function(code, *key_span, message);
                     let diagnostic = field.advise(key, diagnostic, *key_span);
                     self.report(diagnostic.label("does not exist"));
+                } else if let Some((missing, table)) = self.missing_field(object, key) {
+                    let message = format!("no table of the script has a function `{key}`");
+                    let code = DiagnosticCode::UnknownMember;
+                    let diagnostic = Diagnostic::new(code, *key_span, message);
+                    let diagnostic = match missing.advice(key, table) {
+                        Some(advice) => advice.give(diagnostic, *key_span),
+                        None => diagnostic,
+                    };
+                    self.report(diagnostic.label("nil, and calling it stops the script"));
                 }
             }
             _ => {
@@ -61,6 +80,22 @@ impl Checker<'_> {
             }
             Meaning::Nil => self.unknown_call(name, callee),
             Meaning::Global => {}
+        }
+    }
+
+    /// Adds a suggestion for a method that an object does not have.
+    pub fn with_method(
+        &self,
+        library: Library,
+        key: &str,
+        span: Span,
+        diagnostic: Diagnostic,
+    ) -> Diagnostic {
+        match suggest::for_method(library, key) {
+            Some(advice) => advice.give(diagnostic, span),
+            None if library == Library::StigmergyObject => diagnostic
+                .help("its entries are read by `get(key)` and written by `put(key, value)`"),
+            None => diagnostic,
         }
     }
 

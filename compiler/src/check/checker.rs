@@ -9,8 +9,10 @@ use bittybuzz_vm_core::builtin::Library;
 use crate::check::host::HostField;
 use crate::check::names::Meanings;
 use crate::check::reach;
+use crate::check::shapes::{MissingField, Shapes};
 use crate::check::suggest::{self, Advice};
-use crate::check::tree::{CheckedExpr, FunctionId, NameId, ResolvedScript};
+use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId, NameId, ResolvedScript};
+use crate::check::values::StaticType;
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::profile::NumberProfile;
@@ -25,6 +27,10 @@ pub struct Checker<'a> {
     pub function: FunctionId,
     /// The functions that may run.
     running: BTreeSet<FunctionId>,
+    /// The types of variables, and the keys of tables.
+    shapes: Shapes<'a>,
+    /// True for an argument of `log`, which joins its arguments.
+    pub in_log: bool,
     pub diagnostics: Vec<Diagnostic>,
     /// Names that are certainly not nil at the current place, because a condition around it tests
     /// them.
@@ -52,6 +58,8 @@ impl<'a> Checker<'a> {
             profile,
             function: FunctionId::GLOBAL,
             running: reach::running(program),
+            shapes: Shapes::new(program, meanings),
+            in_log: false,
             diagnostics: Vec::new(),
             guarded: Vec::new(),
             reported: BTreeSet::new(),
@@ -83,6 +91,9 @@ impl<'a> Checker<'a> {
     /// Returns a suggestion for a name that nothing defines.
     pub fn likely_name(&mut self, name: &str) -> Option<Advice> {
         self.searches_left = self.searches_left.checked_sub(1)?;
+        if self.shapes.is_field_of_self(name, self.function) {
+            return Some(Advice::likely(format!("self.{name}")));
+        }
         suggest::for_name(name, self.program, self.function, self.meanings.robots())
     }
 
@@ -91,6 +102,31 @@ impl<'a> Checker<'a> {
         let program: &'a ResolvedScript = self.program;
         let field = program.host.unknown_field(program, object, key)?;
         (!self.program.hidden.is_lost(key)).then_some(field)
+    }
+
+    /// Returns the type of a value, if it is certain unless it is nil.
+    pub fn kind(&self, expr: &CheckedExpr) -> Option<StaticType> {
+        self.shapes.kind(expr, self.function, self.meanings)
+    }
+
+    /// Returns the field if no table of the script has it, and the name of its table.
+    pub fn missing_field(
+        &self,
+        object: &CheckedExpr,
+        key: &str,
+    ) -> Option<(MissingField<'a>, &'a str)> {
+        // A key may be in source with syntax errors.
+        if self.program.hidden.is_any() {
+            return None;
+        }
+        let missing = self.shapes.missing_field(object, key, self.function)?;
+        let program: &'a ResolvedScript = self.program;
+        let table = match object.kind {
+            CheckedExprKind::Name(name) => &program.name(name).text,
+            CheckedExprKind::Local(local) => &program.function(self.function).local(local).name,
+            _ => return None,
+        };
+        Some((missing, table))
     }
 
     /// Returns true if a condition around the current place ensures that the name is not nil.

@@ -7,7 +7,7 @@ use bittybuzz_vm_core::builtin::{self, BuiltinInfo};
 
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::names::{LibraryMember, Meaning, Meanings};
-use crate::check::suggest::{self, Advice};
+use crate::check::suggest;
 use crate::check::tree::{
     CheckedBranch, CheckedExpr, CheckedExprKind, CheckedLink, CheckedStmt, CheckedStmtKind,
     FunctionId, LocalId, NameId, ResolvedScript, children,
@@ -128,13 +128,11 @@ impl Scan<'_> {
     /// Returns the library function that an expression refers to without calling it; `most` is the
     /// maximum number of arguments that the function may take.
     fn uncalled(&self, expr: &CheckedExpr, most: u8) -> Option<&'static BuiltinInfo> {
-        let CheckedExprKind::Field { object, key, .. } = &expr.kind else { return None };
-        match self.meanings.member(self.meanings.library(object)?, key) {
-            LibraryMember::Known(info) => {
-                (info.kind != builtin::BuiltinKind::Value && info.max <= most).then_some(info)
-            }
-            LibraryMember::Absent | LibraryMember::Changing => None,
+        if !matches!(expr.kind, CheckedExprKind::Field { .. }) {
+            return None;
         }
+        let info = self.meanings.built_in(expr)?;
+        (info.kind != builtin::BuiltinKind::Value && info.max <= most).then_some(info)
     }
 
     /// Visits an expression whose value is computed with, compared, tested or printed.
@@ -196,7 +194,10 @@ fn forgotten(info: &BuiltinInfo, span: Span) -> Diagnostic {
     )
     .label("not called");
     match info.max {
-        0 => Advice::likely(format!("{path}()")).give(diagnostic, span),
+        0 => {
+            let end = Span { start: span.end, ..span };
+            diagnostic.help(format!("did you mean `{path}()`?")).guess(end, "()")
+        }
         _ => diagnostic.help(format!("call it: {}", info.help)),
     }
 }

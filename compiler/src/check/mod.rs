@@ -10,6 +10,7 @@ mod conflicts;
 mod entries;
 mod forgotten;
 mod host;
+mod loops;
 pub mod missing;
 pub mod names;
 pub mod outside;
@@ -18,6 +19,7 @@ mod reach;
 pub mod resolve;
 pub mod robots;
 mod shadowing;
+mod shapes;
 mod stuck;
 mod suggest;
 pub mod tree;
@@ -60,22 +62,25 @@ pub fn check<'a>(
     program.hidden = hidden;
     host::furnish(&mut program, robots, profile, outside);
     let meanings = Meanings::new(&program, robots, profile);
-    diagnostics.extend(shadowing::check_names(&program, robots, profile));
+    diagnostics.extend(shadowing::check_names(&program, robots, profile, &meanings));
     diagnostics.extend(walk::check_expressions(&program, &meanings, profile));
     diagnostics.extend(entries::check_entries(&program, &meanings));
-    diagnostics.extend(callbacks::check_callbacks(&program, &meanings));
+    let callbacks::Callbacks { diagnostics: of_callbacks, called: called_for_callback } =
+        callbacks::check_callbacks(&program, &meanings);
+    diagnostics.extend(of_callbacks);
     diagnostics.extend(conflicts::check_conflicts(&program, &meanings));
     diagnostics.extend(forgotten::check_forgotten(&program, &meanings));
     diagnostics.extend(arguments::check_arguments(&program, &meanings));
     diagnostics.extend(overflow::check_overflow(&program, arithmetic));
     diagnostics.extend(stuck::check_stuck(&program, &meanings, arithmetic));
+    diagnostics.extend(loops::check_loops(&program, &meanings));
     // Warnings about unused names are given only for a script without errors, because a misspelt
     // name or a syntax error makes another name look unused.
     let is_wrong = |found: &Diagnostic| {
         found.severity() == Severity::Error || found.code == DiagnosticCode::NeverAssigned
     };
     if !program.hidden.is_any() && !diagnostics.iter().any(is_wrong) {
-        diagnostics.extend(unused::check_unused(&program, &meanings));
+        diagnostics.extend(unused::check_unused(&program, &meanings, &called_for_callback));
     }
     pass_self_on(&mut program, &meanings);
     Checked { program, meanings, diagnostics }

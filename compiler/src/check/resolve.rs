@@ -366,7 +366,15 @@ impl Resolver {
             );
         }
         for (number, parameter) in function.params.iter().enumerate() {
-            self.refuse_self(parameter);
+            if parameter.name == "self" {
+                let next = function.params.get(number + 1).map(|next| next.span.start);
+                let rest = Span { end: next.unwrap_or(parameter.span.end), ..parameter.span };
+                self.report(
+                    self_assigned(parameter.span)
+                        .help("remove it: a function that is called as `t.f()` finds `t` in `self`")
+                        .edit(rest, ""),
+                );
+            }
             let earlier = function.params.iter().take(number).find(|p| p.name == parameter.name);
             if let Some(earlier) = earlier {
                 self.report(

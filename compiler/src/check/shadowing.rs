@@ -1,10 +1,17 @@
 //! Checks names that the script takes from the machine or the robot, or defines twice.
 
-use crate::check::names::{Meaning, offered};
+use std::collections::BTreeSet;
+
+use crate::check::names::{Meaning, Meanings, offered};
 use crate::check::robots::KnownRobots;
-use crate::check::tree::{FreeName, ResolvedScript};
+use crate::check::tree::{
+    CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FreeName, FunctionId,
+    ResolvedScript, each_stmt,
+};
+use crate::check::values::{StaticType, kind_of};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
+use crate::image::ENTRIES;
 use crate::profile::NumberProfile;
 
 /// Checks the names that a script defines.
@@ -12,8 +19,9 @@ pub fn check_names(
     program: &ResolvedScript,
     robots: KnownRobots<'_>,
     profile: NumberProfile,
+    meanings: &Meanings<'_>,
 ) -> Vec<Diagnostic> {
-    let mut diagnostics = Vec::new();
+    let mut diagnostics = replaced(program, meanings);
     for name in &program.names {
         diagnostics.extend(taken(name, robots, profile));
         diagnostics.extend(redefinitions(name));
@@ -53,6 +61,48 @@ fn of_robot(name: &str, robots: KnownRobots<'_>) -> Option<String> {
         None => (robots.functions(name).len() == robots.known.len())
             .then(|| "a function of every robot".to_owned()),
     }
+}
+
+/// Returns warnings about functions that an assignment certainly replaces: by a value that is no
+/// function, or by another function before they can run. A state machine assigns its functions to a
+/// name, and gets none.
+fn replaced(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    let mut known = BTreeSet::new();
+    let mut check = |target: &CheckedExpr, value: &CheckedExpr, is_at_start: bool| {
+        let CheckedExprKind::Name(id) = target.kind else { return };
+        let name = program.name(id);
+        let Some((_, defined)) = name.definitions.last() else { return };
+        let what = match (kind_of(value, meanings), &value.kind) {
+            (Some(StaticType::Function), CheckedExprKind::Lambda(_))
+                if is_at_start && ENTRIES.contains(&name.text.as_str()) =>
+            {
+                "another function before it can run"
+            }
+            (Some(StaticType::Function | StaticType::Nil) | None, _) => return,
+            (Some(kind), _) => kind.name(),
+        };
+        if !known.insert(id) {
+            return;
+        }
+        let message = format!("the function `{}` is replaced by {what}", name.text);
+        diagnostics.push(
+            Diagnostic::new(DiagnosticCode::FunctionRedefined, target.span, message)
+                .label("the function is lost from here on")
+                .related(*defined, "defined here")
+                .help("choose another name for one of them"),
+        );
+    };
+    for (number, function) in program.functions.iter().enumerate() {
+        let is_global = FunctionId(number) == FunctionId::GLOBAL;
+        let at_start: Vec<&CheckedStmt> = function.body.iter().filter(|_| is_global).collect();
+        each_stmt(&function.body, &mut |stmt| {
+            if let CheckedStmtKind::Assign { target, value } = &stmt.kind {
+                check(target, value, at_start.iter().any(|start| std::ptr::eq(*start, stmt)));
+            }
+        });
+    }
+    diagnostics
 }
 
 fn redefinitions(name: &FreeName) -> Vec<Diagnostic> {

@@ -38,7 +38,7 @@ pub struct Advice {
 }
 
 impl Advice {
-    fn words(help: impl Into<String>) -> Self {
+    pub fn words(help: impl Into<String>) -> Self {
         Advice { help: help.into(), instead: None }
     }
 
@@ -184,6 +184,38 @@ fn for_object(library: Library, key: &str) -> Option<String> {
     let library = library_path(library);
     let form = info.help.split(':').next().unwrap_or(info.help);
     Some(format!("`{variable} = {library}.create(1)` in `init` makes one that has it: `{form}`"))
+}
+
+/// Returns a suggestion for a method that an object does not have.
+pub fn for_method(object: Library, key: &str) -> Option<Advice> {
+    let other = match (object, key) {
+        (Library::StigmergyObject, "set" | "write" | "add" | "update" | "store" | "insert") => {
+            "put"
+        }
+        (Library::StigmergyObject, "fetch" | "read" | "load" | "find" | "lookup") => "get",
+        (Library::StigmergyObject, "count" | "length" | "len") => "size",
+        (Library::StigmergyObject, "remove" | "delete" | "erase") => {
+            return Some(Advice::words("an entry is removed by `put(key, nil)`"));
+        }
+        (Library::SwarmObject, "add" | "enter" | "insert") => "join",
+        (Library::SwarmObject, "remove" | "exit" | "quit") => "leave",
+        (Library::SwarmObject, "contains" | "isin" | "is_in" | "member" | "has") => "in",
+        (Library::SwarmObject, "run" | "do" | "execute" | "call") => "exec",
+        _ => {
+            let members = builtin::TABLE.iter().filter(|info| info.library == object);
+            return nearest(key, members.map(|info| info.name)).map(Advice::likely);
+        }
+    };
+    Some(Advice::likely(other))
+}
+
+/// Returns a noun for the objects of a library.
+pub fn object_noun(object: Library) -> &'static str {
+    match object {
+        Library::SwarmObject => "a swarm",
+        Library::StigmergyObject => "a stigmergy",
+        _ => "this table of neighbors",
+    }
 }
 
 /// Returns true if the names have equal first two letters and equal last letters, as `squareroot`

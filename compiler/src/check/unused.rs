@@ -16,8 +16,13 @@ use crate::diagnostic::Diagnostic;
 use crate::image::ENTRIES;
 use crate::source::{FileId, Span};
 
-/// Checks a whole script.
-pub fn check_unused(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Diagnostic> {
+/// Checks a whole script. `callbacks` are functions that the script calls where it means the functions
+/// themselves, so that their parameters are not their author's choice.
+pub fn check_unused(
+    program: &ResolvedScript,
+    meanings: &Meanings<'_>,
+    callbacks: &BTreeSet<FunctionId>,
+) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     let mut uses = Uses {
         function: FunctionId::GLOBAL,
@@ -34,7 +39,8 @@ pub fn check_unused(program: &ResolvedScript, meanings: &Meanings<'_>) -> Vec<Di
     }
     for (number, function) in program.functions.iter().enumerate() {
         let id = FunctionId(number);
-        let is_called_by_name = is_called_by_name(program, meanings, id);
+        let is_called_by_name =
+            !callbacks.contains(&id) && is_called_by_name(program, meanings, id);
         for (number, local) in function.locals.iter().enumerate() {
             let is_used = uses.locals.contains(&(id, LocalId(number)));
             // Only the main script is checked, because included files may be shared. A name with a
@@ -148,10 +154,20 @@ fn only_own_values(
                 format!("`{}` is nil here: nothing gives it a first value", name.text),
             )
             .label("stops the script")
-            .help(format!("assign it before, such as `{} = 0` in `init`", name.text)),
+            .help(match similar(program, &name.text) {
+                Some(other) => format!("did you mean `{other}`?"),
+                None => format!("assign it before, such as `{} = 0` in `init`", name.text),
+            }),
         );
     }
     diagnostics
+}
+
+/// Returns another name that the script assigns and that differs in capital letters only.
+fn similar<'a>(program: &'a ResolvedScript, name: &str) -> Option<&'a str> {
+    let others = program.names.iter().filter(|other| !other.writes.is_empty());
+    let mut others = others.map(|other| other.text.as_str());
+    others.find(|other| *other != name && other.eq_ignore_ascii_case(name))
 }
 
 /// The uses of variables.

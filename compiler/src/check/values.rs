@@ -4,7 +4,7 @@
 use crate::ast::{BinaryOp, UnaryOp};
 use crate::check::checker::Checker;
 use crate::check::names::{Meaning, Meanings};
-use crate::check::tree::{CheckedExpr, CheckedExprKind};
+use crate::check::tree::{CheckedExpr, CheckedExprKind, CheckedLink};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::profile::{self, NumberProfile};
@@ -43,7 +43,8 @@ impl StaticType {
         }
     }
 
-    fn is_number(self) -> bool {
+    /// Returns true for integers and floats.
+    pub fn is_number(self) -> bool {
         matches!(self, StaticType::Int | StaticType::Float | StaticType::Number)
     }
 }
@@ -177,7 +178,7 @@ impl Checker<'_> {
         };
         if !works {
             let wanted = if op == UnaryOp::BitNot { "integers" } else { "numbers" };
-            self.impossible(span, operand.span, kind, wanted);
+            self.report(impossible(span, operand.span, kind, wanted));
         }
     }
 
@@ -189,6 +190,7 @@ impl Checker<'_> {
         right: OperandValue,
         written: &CheckedExpr,
         span: Span,
+        in_log: Option<(&CheckedExpr, &[CheckedLink])>,
     ) {
         let kinds = (left.kind, right.kind);
         match op {
@@ -198,7 +200,7 @@ impl Checker<'_> {
                 self.check_order(kinds, span);
             }
             _ => {
-                if self.check_arithmetic(op, left, right, span) {
+                if self.check_arithmetic(op, left, right, span, in_log) {
                     self.check_right_side(op, left, written, span);
                 }
             }
@@ -254,16 +256,98 @@ impl Checker<'_> {
         left: OperandValue,
         right: OperandValue,
         span: Span,
+        in_log: Option<(&CheckedExpr, &[CheckedLink])>,
     ) -> bool {
         for operand in [left, right] {
             let Some(kind) = operand.kind else { continue };
             if !kind.is_number() || (op.is_bitwise() && kind == StaticType::Float) {
                 let wanted = if op.is_bitwise() { "integers" } else { "numbers" };
-                self.impossible(span, operand.span, kind, wanted);
+                let diagnostic = impossible(span, operand.span, kind, wanted);
+                self.report(match (op, kind) {
+                    (BinaryOp::Add, StaticType::String) => self.joined(diagnostic, in_log),
+                    (_, StaticType::Function) => diagnostic
+                        .help("call the function to compute with its result")
+                        .guess(Span { start: operand.span.end, ..operand.span }, "()"),
+                    _ => diagnostic,
+                });
                 return false;
             }
         }
         true
+    }
+
+    /// Adds help about a sum with a text. In `log` all sums of the argument become commas.
+    fn joined(
+        &self,
+        diagnostic: Diagnostic,
+        in_log: Option<(&CheckedExpr, &[CheckedLink])>,
+    ) -> Diagnostic {
+        let Some((first, links)) = in_log else {
+            return diagnostic.help(match self.profile {
+                NumberProfile::Full => {
+                    "`log(a, b)` joins its arguments; `string.concat(a, string.tostring(b))` makes a string"
+                }
+                NumberProfile::Tiny => {
+                    "`log(a, b)` joins its arguments; no strings are made at run time in this profile"
+                }
+            });
+        };
+        let diagnostic = diagnostic.help("`log` joins its arguments: separate them by commas");
+        if links.iter().any(|link| link.op != BinaryOp::Add) {
+            return diagnostic;
+        }
+        let mut end = first.span.end;
+        links.iter().fold(diagnostic, |diagnostic, link| {
+            let gap = Span { start: end, end: link.right.span.start, ..first.span };
+            end = link.right.span.end;
+            diagnostic.guess(gap, ", ")
+        })
+    }
+
+    /// Checks the object of a field or an element, which must be a table.
+    pub fn check_table(&mut self, object: &CheckedExpr, span: Span) {
+        let Some(kind) = self.kind(object) else { return };
+        // If no robot is named, the function of one may be a table of another.
+        let robots = self.meanings.robots();
+        let is_open = matches!(object.kind, CheckedExprKind::Name(name)
+            if self.meanings.of(name) == Meaning::Robot && robots.target.is_none());
+        if is_open || matches!(kind, StaticType::Table | StaticType::Nil) {
+            return;
+        }
+        let diagnostic = impossible(span, object.span, kind, "tables");
+        self.report(match kind {
+            StaticType::String if self.profile == NumberProfile::Full => {
+                diagnostic.help("a part of a string is `string.sub(s, from, to)`")
+            }
+            _ => diagnostic,
+        });
+    }
+
+    /// Checks a comparison of an integer with a fraction.
+    pub fn check_fraction(
+        &mut self,
+        op: BinaryOp,
+        left: Option<StaticType>,
+        right: &CheckedExpr,
+        span: Span,
+    ) {
+        let CheckedExprKind::Float(fraction) = right.kind else { return };
+        if !matches!(op, BinaryOp::Eq | BinaryOp::NotEq)
+            || left != Some(StaticType::Int)
+            || fraction.fract() == 0.0
+        {
+            return;
+        }
+        let result = if op == BinaryOp::Eq { "false" } else { "true" };
+        self.report(
+            Diagnostic::new(
+                DiagnosticCode::NeverEqual,
+                span,
+                format!("an integer never equals {fraction}"),
+            )
+            .label(format!("always {result}"))
+            .help("a division of integers gives an integer: write one of them as a float, such as `10.0 / 4`"),
+        );
     }
 
     /// Checks for a literal that is no valid divisor or shift count.
@@ -297,18 +381,6 @@ impl Checker<'_> {
         }
     }
 
-    fn impossible(&mut self, span: Span, operand: Span, kind: StaticType, wanted: &str) {
-        self.report(
-            Diagnostic::new(
-                DiagnosticCode::ImpossibleOperation,
-                span,
-                format!("this works on {wanted} only, not on {}", kind.name()),
-            )
-            .label("stops the script")
-            .related(operand, format!("this is {}", kind.name())),
-        );
-    }
-
     /// Checks a key between brackets.
     pub fn check_key(&mut self, key: &CheckedExpr) {
         let Some(kind @ (StaticType::Nil | StaticType::Table | StaticType::Function)) =
@@ -326,6 +398,16 @@ impl Checker<'_> {
             .help("keys are numbers and strings"),
         );
     }
+}
+
+fn impossible(span: Span, operand: Span, kind: StaticType, wanted: &str) -> Diagnostic {
+    Diagnostic::new(
+        DiagnosticCode::ImpossibleOperation,
+        span,
+        format!("this works on {wanted} only, not on {}", kind.name()),
+    )
+    .label("stops the script")
+    .related(operand, format!("this is {}", kind.name()))
 }
 
 /// Returns the number of bits of an integer.

@@ -1,15 +1,17 @@
 //! Visits every expression of a script and checks it with knowledge of the conditions around it.
 
-use bittybuzz_vm_core::builtin;
+use std::collections::BTreeMap;
 
-use crate::ast::{BinaryOp, UnaryOp};
+use bittybuzz_vm_core::builtin::{self, Library};
+
+use crate::ast::{BinaryOp, Precedence, UnaryOp};
 use crate::check::checker::Checker;
 use crate::check::names::{LibraryMember, Meaning, Meanings};
 use crate::check::resolve::self_is_nil;
 use crate::check::suggest;
 use crate::check::tree::{
     CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedLink, CheckedStmt,
-    CheckedStmtKind, FunctionId, NameId, ResolvedScript,
+    CheckedStmtKind, FunctionId, NameId, ResolvedScript, assigned_values,
 };
 use crate::check::values::{OperandValue, StaticType, kind_of, result_kind};
 use crate::codes::DiagnosticCode;
@@ -61,6 +63,7 @@ impl Checker<'_> {
             CheckedStmtKind::Assign { target, value } => {
                 self.target(target);
                 self.expr(value);
+                self.toggle(target, value);
             }
             CheckedStmtKind::If { branches, otherwise } => {
                 let before = self.guarded.len();
@@ -95,14 +98,38 @@ impl Checker<'_> {
 
     fn target(&mut self, target: &CheckedExpr) {
         match &target.kind {
-            CheckedExprKind::Field { object, .. } => self.expr(object),
-            CheckedExprKind::Index { object, index } => {
+            CheckedExprKind::Field { object, key_span, .. } => {
                 self.expr(object);
-                self.expr(index);
-                self.check_key(index);
+                self.check_table(object, target.span);
+                if let Some(library) = self.meanings.object_of(object) {
+                    self.no_elements(library, *key_span);
+                }
             }
+            CheckedExprKind::Index { object, index } => self.element(object, index, target.span),
             _ => {}
         }
+    }
+
+    /// Visits `object[index]`.
+    fn element(&mut self, object: &CheckedExpr, index: &CheckedExpr, span: Span) {
+        self.expr(object);
+        self.expr(index);
+        self.check_key(index);
+        self.check_table(object, span);
+        if let Some(library) = self.meanings.object_of(object) {
+            self.no_elements(library, span);
+        }
+    }
+
+    fn no_elements(&mut self, library: Library, span: Span) {
+        let noun = suggest::object_noun(library);
+        let message = format!("{noun} has no fields and no elements");
+        let diagnostic = Diagnostic::new(DiagnosticCode::UnknownMember, span, message);
+        self.report(match library {
+            Library::StigmergyObject => diagnostic
+                .help("its entries are read by `get(key)` and written by `put(key, value)`"),
+            _ => diagnostic.help("its functions are called by name"),
+        });
     }
 
     /// Visits an expression of which only the truth counts, where a name may be nil.
@@ -110,6 +137,10 @@ impl Checker<'_> {
         match &expr.kind {
             CheckedExprKind::Name(name) => self.tested_name(*name, expr.span),
             CheckedExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
+            CheckedExprKind::Unary { op: UnaryOp::BitNot, operand } => {
+                self.expr(expr);
+                self.bit_not_for_not(expr.span, operand);
+            }
             CheckedExprKind::Chain { first, links }
                 if links.iter().any(|link| link.op.is_logic()) =>
             {
@@ -165,11 +196,18 @@ impl Checker<'_> {
             CheckedExprKind::Lambda(function) => self.enter(*function),
             CheckedExprKind::Call { callee, args } => {
                 self.callee(callee);
-                args.iter().for_each(|arg| self.expr(arg));
+                let is_log =
+                    self.meanings.built_in(callee).is_some_and(|info| info.number == builtin::LOG);
+                for arg in args {
+                    self.in_log = is_log;
+                    self.expr(arg);
+                    self.in_log = false;
+                }
                 self.check_call(callee, args, expr.span);
             }
             CheckedExprKind::Field { object, key, key_span } => {
                 self.expr(object);
+                self.check_table(object, expr.span);
                 self.member(object, key, *key_span);
             }
             CheckedExprKind::Unary { op: UnaryOp::Not, .. } => self.tested(expr),
@@ -181,11 +219,7 @@ impl Checker<'_> {
                 self.expr(operand);
                 self.check_unary(*op, operand, expr.span);
             }
-            CheckedExprKind::Index { object, index } => {
-                self.expr(object);
-                self.expr(index);
-                self.check_key(index);
-            }
+            CheckedExprKind::Index { object, index } => self.element(object, index, expr.span),
             CheckedExprKind::Table(entries) => {
                 for (key, value) in entries {
                     self.expr(key);
@@ -199,9 +233,67 @@ impl Checker<'_> {
         }
     }
 
+    /// Reports `!` where a condition is meant. The parser has reported it in front of a condition in
+    /// parentheses.
+    fn bit_not_for_not(&mut self, span: Span, operand: &CheckedExpr) {
+        if gives_truth(operand) {
+            return;
+        }
+        let sign = Span { end: span.start + 1, ..span };
+        let end = Span { start: span.end, ..span };
+        self.report(
+            Diagnostic::new(
+                DiagnosticCode::BitwiseNotOfCondition,
+                span,
+                "`!` inverts bits: `!0` is -1 and `!1` is -2, which are both true",
+            )
+            .help("the logical operator is the word `not`")
+            .edit(sign, "(not ")
+            .edit(end, ")"),
+        );
+    }
+
+    /// Checks `x = !x` and `x = !0`, with which a condition is meant.
+    fn toggle(&mut self, target: &CheckedExpr, value: &CheckedExpr) {
+        let CheckedExprKind::Unary { op: UnaryOp::BitNot, operand } = &value.kind else { return };
+        let is_own = match (&target.kind, &operand.kind) {
+            (CheckedExprKind::Name(one), CheckedExprKind::Name(other)) => {
+                one == other && self.holds_truth(*one)
+            }
+            (_, CheckedExprKind::Int(0 | 1)) => true,
+            _ => false,
+        };
+        if is_own {
+            self.bit_not_for_not(value.span, operand);
+        }
+    }
+
+    /// Returns true if a global gets only conditions, 0 and 1, and its own value with `!`.
+    fn holds_truth(&self, name: NameId) -> bool {
+        let mut values = BTreeMap::new();
+        for function in &self.program.functions {
+            assigned_values(&function.body, &mut values);
+        }
+        let is_truth = |value: &&CheckedExpr| match &value.kind {
+            CheckedExprKind::Int(0 | 1) | CheckedExprKind::Nil => true,
+            CheckedExprKind::Unary { op: UnaryOp::BitNot, .. } => true,
+            _ => gives_truth(value),
+        };
+        values.get(&name).is_some_and(|values| values.iter().all(is_truth))
+    }
+
     fn operations(&mut self, first: &CheckedExpr, links: &[CheckedLink]) {
+        let whole = std::mem::take(&mut self.in_log).then_some((first, links));
         let mut links = links.iter();
-        let mut left = OperandValue { kind: kind_of(first, self.meanings), span: first.span };
+        // The types of variables are certain unless they are nil, which can be compared.
+        let computes = |op: BinaryOp| op.is_arithmetic() || op.is_bitwise();
+        let kind = |checker: &Self, expr: &CheckedExpr, op: BinaryOp| match computes(op) {
+            true => checker.kind(expr),
+            false => kind_of(expr, checker.meanings),
+        };
+        let op = links.as_slice().first().map_or(BinaryOp::Eq, |link| link.op);
+        let mut left = OperandValue { kind: kind(self, first, op), span: first.span };
+        let mut left_integer = self.kind(first);
         if let Some(link) = links.as_slice().first()
             && let Some((name, span)) = compared_with_nil(link.op, first, &link.right)
         {
@@ -214,8 +306,11 @@ impl Checker<'_> {
         for link in links {
             self.expr(&link.right);
             let right =
-                OperandValue { kind: kind_of(&link.right, self.meanings), span: link.right.span };
-            self.check_binary(link.op, left, right, &link.right, link.span);
+                OperandValue { kind: kind(self, &link.right, link.op), span: link.right.span };
+            self.check_fraction(link.op, left_integer, &link.right, link.span);
+            left_integer = None;
+            self.check_truth_of_bits(link);
+            self.check_binary(link.op, left, right, &link.right, link.span, whole);
             left = OperandValue {
                 kind: Some(result_kind(link.op, left.kind, right.kind)),
                 span: link.span,
@@ -227,8 +322,23 @@ impl Checker<'_> {
     fn callee(&mut self, callee: &CheckedExpr) {
         match &callee.kind {
             CheckedExprKind::Name(_) => {}
-            CheckedExprKind::Field { object, .. } => self.expr(object),
+            CheckedExprKind::Field { object, .. } => {
+                self.expr(object);
+                self.check_table(object, callee.span);
+            }
             _ => self.expr(callee),
+        }
+    }
+
+    /// Checks `x == !y`, and the like with `!=`.
+    fn check_truth_of_bits(&mut self, link: &CheckedLink) {
+        if let (
+            BinaryOp::Eq | BinaryOp::NotEq,
+            CheckedExprKind::Unary { op: UnaryOp::BitNot, operand },
+        ) = (link.op, &link.right.kind)
+            && matches!(operand.kind, CheckedExprKind::Name(name) if self.holds_truth(name))
+        {
+            self.bit_not_for_not(link.right.span, operand);
         }
     }
 
@@ -310,6 +420,26 @@ impl Checker<'_> {
             self.report(field.advise(key, diagnostic, span).label("always nil"));
             return;
         }
+        if let Some(library) = self.meanings.object_of(object) {
+            if builtin::find(library, key).is_none() {
+                let message =
+                    format!("{} has no `{key}`: it is nil", suggest::object_noun(library));
+                let diagnostic = Diagnostic::new(DiagnosticCode::UnknownMember, span, message);
+                let diagnostic = self.with_method(library, key, span, diagnostic);
+                self.report(diagnostic.label("always nil"));
+            }
+            return;
+        }
+        if let Some((missing, table)) = self.missing_field(object, key) {
+            let message = format!("no table of the script has a field `{key}`: it is nil");
+            let diagnostic = Diagnostic::new(DiagnosticCode::UnknownMember, span, message);
+            let diagnostic = match missing.advice(key, table) {
+                Some(advice) => advice.give(diagnostic, span),
+                None => diagnostic,
+            };
+            self.report(diagnostic.label("always nil"));
+            return;
+        }
         let Some(library) = self.meanings.library(object) else { return };
         if !matches!(self.meanings.member(library, key), LibraryMember::Absent)
             || self.may_be_member(library, key)
@@ -327,6 +457,17 @@ impl Checker<'_> {
             diagnostic = advice.give(diagnostic, object.span.to(span));
         }
         self.report(diagnostic);
+    }
+}
+
+/// Returns true for expressions that give 0 or 1.
+fn gives_truth(expr: &CheckedExpr) -> bool {
+    match &expr.kind {
+        CheckedExprKind::Chain { links, .. } => links.last().is_some_and(|link| {
+            matches!(link.op.power(), Precedence::Logic | Precedence::Comparison)
+        }),
+        CheckedExprKind::Unary { op, .. } => *op == UnaryOp::Not,
+        _ => false,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Reads numbers and strings.
 
-use super::{Lexer, ends_value, is_name_part};
+use super::{Lexer, is_name_part};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::token::{FixedToken, TokenKind};
@@ -17,7 +17,7 @@ impl Lexer<'_> {
             Some(TokenKind::Fixed(FixedToken::Comma)) => {
                 self.brackets.last() != Some(&FixedToken::OpenBrace)
             }
-            Some(kind) => !ends_value(kind),
+            Some(kind) => !kind.ends_value(),
             None => true,
         }
     }

@@ -48,7 +48,11 @@ const FOREIGN: [(&str, FixedToken, &str); 22] = [
     ("~=", FixedToken::NotEqual, "inequality is `!=`"),
     ("<>", FixedToken::NotEqual, "inequality is `!=`"),
     ("=<", FixedToken::LessEqual, "less or equal is `<=`"),
-    ("=>", FixedToken::GreaterEqual, "greater or equal is `>=`"),
+    (
+        "=>",
+        FixedToken::GreaterEqual,
+        "a lambda is written `function(x) { return ... }`; greater or equal is `>=`",
+    ),
     (":=", FixedToken::Assign, "assignment is `=`"),
     ("+=", FixedToken::Assign, "write `x = x + ...`"),
     ("-=", FixedToken::Assign, "write `x = x - ...`"),
@@ -58,8 +62,25 @@ const FOREIGN: [(&str, FixedToken, &str); 22] = [
     ("^=", FixedToken::Assign, "write `x = x ^ ...`"),
     ("&=", FixedToken::Assign, "write `x = x & ...`"),
     ("|=", FixedToken::Assign, "write `x = x | ...`"),
-    ("..", FixedToken::Plus, "strings are joined with `string.concat(a, b)`"),
+    (
+        "..",
+        FixedToken::Plus,
+        "`log` joins its arguments; in the profile `full`, `string.concat(a, b)` joins strings",
+    ),
     ("~", FixedToken::Bang, "the bitwise not is `!`"),
+];
+
+/// Signs of typography and mathematics, with the operators that they look like.
+const LOOKALIKES: [(char, FixedToken); 9] = [
+    ('−', FixedToken::Minus),
+    ('–', FixedToken::Minus),
+    ('—', FixedToken::Minus),
+    ('×', FixedToken::Star),
+    ('·', FixedToken::Star),
+    ('÷', FixedToken::Slash),
+    ('≤', FixedToken::LessEqual),
+    ('≥', FixedToken::GreaterEqual),
+    ('≠', FixedToken::NotEqual),
 ];
 
 /// Quotes by which word processors replace `"` and `'`.
@@ -73,10 +94,39 @@ impl Lexer<'_> {
         if TYPOGRAPHIC_QUOTES.contains(&next) {
             return self.typographic_string();
         }
+        if next == ':' && self.is_method_colon() {
+            self.advance();
+            self.report(
+                DiagnosticCode::UnknownCharacter,
+                "the character `:` means nothing in Buzz",
+                "a function in a table is called with a dot: `t.f(1)`",
+            );
+            self.suggest_edit(".");
+            return self.push_fixed(FixedToken::Dot);
+        }
+        if let Some((_, meant)) = LOOKALIKES.into_iter().find(|(sign, _)| *sign == next) {
+            self.advance();
+            let help = format!("write `{}`", meant.text());
+            let message = format!("the character `{next}` means nothing in Buzz");
+            self.report(DiagnosticCode::UnknownCharacter, message, &help);
+            self.suggest_edit(meant.text());
+            return self.push_fixed(meant);
+        }
         match OPERATORS.into_iter().find(|operator| self.eat(operator.text())) {
             Some(operator) => self.push_fixed(operator),
             None => self.unknown(),
         }
+    }
+
+    /// Returns true at the colon of `t:f(1)`, a call of a method in Lua.
+    fn is_method_colon(&self) -> bool {
+        let before = self.text[..self.position].chars().next_back();
+        let after = self.rest().get(1..).unwrap_or_default();
+        let name = after.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(0);
+        steps::take(name);
+        before.is_some_and(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | ')' | ']'))
+            && after.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && after.get(name..).is_some_and(|rest| rest.starts_with('('))
     }
 
     fn foreign_comment(&mut self) -> bool {
@@ -125,8 +175,9 @@ impl Lexer<'_> {
             format!("Buzz has no operator `{text}`"),
             help,
         );
-        // `x += 1` and `a .. b` need more than another operator, so there is no edit.
-        if (meant != FixedToken::Assign || text == ":=") && meant != FixedToken::Plus {
+        // `x += 1`, `a .. b` and `x => x` need more than another operator, so there is no edit.
+        let is_one_sign = meant != FixedToken::Assign && meant != FixedToken::Plus && text != "=>";
+        if is_one_sign || text == ":=" {
             self.suggest_edit(meant.text());
         }
         self.push_fixed(meant);
@@ -193,6 +244,7 @@ fn is_unknown(c: char) -> bool {
         ' ' | '\t' | '\r' | '\n' | ';' | '#' | '"' | '\'' | '_' | '~' => false,
         _ if c.is_alphabetic() || c.is_ascii_digit() => false,
         _ if TYPOGRAPHIC_QUOTES.contains(&c) => false,
+        _ if LOOKALIKES.iter().any(|(sign, _)| *sign == c) => false,
         _ => !OPERATORS.into_iter().any(|operator| operator.text().starts_with(c)),
     }
 }

@@ -56,7 +56,7 @@ impl Hidden {
         }
         let mut hidden = Hidden {
             is_any: true,
-            is_everything: has_given_up || errors().any(|error| hides_a_file(error.code)),
+            is_everything: has_given_up || errors().any(|error| hides_a_file(error, sources)),
             lost: BTreeSet::new(),
             defined: defined(tokens),
         };
@@ -91,16 +91,22 @@ fn name(token: &Token) -> Option<&str> {
     }
 }
 
-fn hides_a_file(code: DiagnosticCode) -> bool {
-    matches!(
-        code,
-        DiagnosticCode::IncludeNotFound
-            | DiagnosticCode::IncludeMisplaced
-            | DiagnosticCode::IncludeWithoutString
-            | DiagnosticCode::FileUnreadable
-            | DiagnosticCode::FileTooLarge
-            | DiagnosticCode::FileNotUtf8
-    )
+/// The words of other languages for `include`.
+const INCLUDE_WORDS: [&str; 5] = ["import", "require", "using", "use", "from"];
+
+fn hides_a_file(error: &Diagnostic, sources: &SourceMap) -> bool {
+    let is_import = error.code == DiagnosticCode::ForeignWord
+        && INCLUDE_WORDS.contains(&sources.text(error.span));
+    is_import
+        || matches!(
+            error.code,
+            DiagnosticCode::IncludeNotFound
+                | DiagnosticCode::IncludeMisplaced
+                | DiagnosticCode::IncludeWithoutString
+                | DiagnosticCode::FileUnreadable
+                | DiagnosticCode::FileTooLarge
+                | DiagnosticCode::FileNotUtf8
+        )
 }
 
 /// Returns the name at the very end of the script, which the author may not have finished.

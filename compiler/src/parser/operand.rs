@@ -198,9 +198,11 @@ impl Parser<'_> {
         let args = self.enclosed("`,` or `)`", |parser| {
             parser.list(FixedToken::CloseParen, Self::condition)
         })?;
+        // The lexer may have reported the mistake in a list that was dropped.
+        let is_dropped = args.is_none();
         let mut args = args.unwrap_or_default();
         let is_closed = self.previous().kind == TokenKind::Fixed(FixedToken::CloseParen);
-        if !is_closed || self.found_error_since(errors) {
+        if is_dropped || !is_closed || self.found_error_since(errors) {
             // The list of arguments may be incomplete.
             args.push(self.error_here());
         }

@@ -123,13 +123,10 @@ impl Parser<'_> {
             && self.fixed_at(self.position + 1) != Some(FixedToken::Dot)
             && closing != FixedToken::CloseBrace;
         if self.partner_ahead(opening).is_some() && !begins_body {
-            let mut diagnostic = self.unexpected(expected);
-            if self.at(FixedToken::Assign) {
-                diagnostic = diagnostic.help(match closing {
-                    FixedToken::CloseBrace => "is a comma missing before this field?",
-                    _ => "an assignment is a statement, it has no value",
-                });
-            }
+            let diagnostic = match self.operator_word() {
+                Some(diagnostic) => diagnostic,
+                None => self.unexpected_in_brackets(expected, closing),
+            };
             self.report(diagnostic);
             self.skip_to_closing();
             return Ok(());
@@ -145,16 +142,70 @@ impl Parser<'_> {
         if goes_on { Ok(()) } else { Err(reported) }
     }
 
+    /// Returns the diagnostic about a token in brackets that can neither go on nor end there.
+    fn unexpected_in_brackets(&mut self, expected: &str, closing: FixedToken) -> Diagnostic {
+        let diagnostic = self.unexpected(expected);
+        if self.at(FixedToken::Assign) {
+            return diagnostic.help(match closing {
+                FixedToken::CloseBrace => "is a comma missing before this field?",
+                _ => "an assignment is a statement, it has no value",
+            });
+        }
+        let (token, before) = (self.token(), self.previous());
+        if matches!(token.kind, TokenKind::Str(_))
+            && matches!(before.kind, TokenKind::Name(_))
+            && before.span.end == token.span.start
+        {
+            return diagnostic.help(
+                "a letter before a string has no meaning; `log` joins its arguments: `log(\"robot \", id)`",
+            );
+        }
+        let begins_value = matches!(
+            token.kind,
+            TokenKind::Name(_)
+                | TokenKind::Int(_)
+                | TokenKind::Float(_)
+                | TokenKind::Str(_)
+                | TokenKind::Fixed(FixedToken::Function | FixedToken::Nil)
+        );
+        if begins_value && expected.starts_with("`,`") && before.kind.ends_value() {
+            let gap = self.gap();
+            return diagnostic.help("write `,` between two values").guess(gap, ",");
+        }
+        diagnostic
+    }
+
     pub(super) fn unclosed(&self, opening: usize, closing: FixedToken) -> Diagnostic {
         let open = self.token_at(opening);
-        let (closing, kind) = (closing.text(), open.kind.describe());
-        Diagnostic::new(
+        let (text, kind) = (closing.text(), open.kind.describe());
+        let gap = self.gap();
+        let diagnostic = Diagnostic::new(
             DiagnosticCode::UnclosedBracket,
-            self.gap(),
+            gap,
             format!("{kind} is never closed"),
         )
-        .label(format!("`{closing}` is missing"))
-        .related(open.span, format!("this {kind} is open"))
+        .label(format!("`{text}` is missing"))
+        .related(open.span, format!("this {kind} is open"));
+        if closing == FixedToken::CloseBrace {
+            return diagnostic;
+        }
+        if self.is_before_comment(gap, text) {
+            return diagnostic.help(format!(
+                "`#` begins a comment, which hides the `{text}`; the number of entries of a table is `size(t)`"
+            ));
+        }
+        match self.at(FixedToken::OpenBrace) && !self.token().is_separated() {
+            true => diagnostic.help(format!("write `{text}` before the `{{`")).guess(gap, text),
+            false => diagnostic,
+        }
+    }
+
+    /// Returns true if only a comment with that text follows on the line.
+    fn is_before_comment(&self, gap: Span, text: &str) -> bool {
+        let rest = self.sources.file(gap.file).text.get(gap.end as usize..).unwrap_or_default();
+        let line = rest.lines().next().unwrap_or_default().trim_start();
+        let line = line.strip_prefix(',').unwrap_or(line).trim_start();
+        line.starts_with('#') && line.contains(text)
     }
 
     /// Returns the closing bracket of `opening`, if the parser has not passed it.

@@ -4,6 +4,7 @@ use super::{Parse, Parser, Reported};
 use crate::ast::{Block, Branch, Expr, ExprKind, Stmt, StmtKind};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
+use crate::source::Span;
 use crate::token::{FixedToken, Separation, TokenKind};
 
 impl Parser<'_> {
@@ -21,6 +22,10 @@ impl Parser<'_> {
                     self.skip_orphaned_else();
                 }
                 _ if in_block && self.is_next_function() => return stmts,
+                TokenKind::Fixed(FixedToken::Else) if in_block && self.lacks_brace(&stmts) => {
+                    self.complain_about_missing_brace();
+                    return stmts;
+                }
                 _ => {
                     let level = self.open.len();
                     match self.nested(Self::statement) {
@@ -74,6 +79,41 @@ impl Parser<'_> {
             && self.token().is_separated()
             && self.name_at(self.position + 1).is_some()
             && self.open.last().is_some_and(|open| self.brackets.partner(*open).is_none())
+    }
+
+    /// Returns true at an `else` in the block of an `if`: the `}` before it is missing. After an `if`
+    /// without braces, the `else` may be meant for that one.
+    fn lacks_brace(&self, stmts: &[Stmt]) -> bool {
+        let Some(before) = self.open.last().and_then(|open| open.checked_sub(1)) else {
+            return false;
+        };
+        let is_of_if = match self.fixed_at(before) {
+            Some(FixedToken::CloseParen) => {
+                let opening = self.brackets.partner(before);
+                opening.and_then(|opening| self.fixed_at(opening.checked_sub(1)?))
+                    == Some(FixedToken::If)
+            }
+            _ => false,
+        };
+        let has_bare_if = |stmt: &Stmt| {
+            let StmtKind::If { branches, otherwise: None } = &stmt.kind else { return false };
+            branches.iter().any(|branch| !self.sources.text(branch.then.span).starts_with('{'))
+        };
+        is_of_if && !stmts.iter().any(has_bare_if)
+    }
+
+    fn complain_about_missing_brace(&mut self) {
+        let Some(open) = self.open.last().map(|open| self.token_at(*open).span) else { return };
+        let diagnostic = Diagnostic::new(
+            DiagnosticCode::UnclosedBracket,
+            self.span(),
+            "`}` is missing before this `else`",
+        )
+        .related(open, "this `{` is open")
+        .help("write `} else`")
+        .edit(Span { end: self.span().start, ..self.span() }, "} ");
+        // The block that is not closed is no further mistake.
+        self.report(diagnostic);
     }
 
     fn unmatched_closing(&mut self) {
@@ -373,14 +413,22 @@ impl Parser<'_> {
             )
             .help(format!("to assign, write `{target} = ...`"))
         } else {
-            Diagnostic::new(
-                DiagnosticCode::ValueAsStatement,
-                value.span,
-                "nothing is done with this value",
-            )
-            .help("assign it to a variable, or pass it to a function")
+            self.unused_value(value.span)
         };
         Ok(self.report(diagnostic))
+    }
+
+    /// Returns the error about a value that is a statement, and after which the parser is. At the end of
+    /// a block it is most likely meant as the result of a function.
+    fn unused_value(&self, span: Span) -> Diagnostic {
+        let message = "nothing is done with this value";
+        let diagnostic = Diagnostic::new(DiagnosticCode::ValueAsStatement, span, message);
+        match self.blocks > 0 && self.at(FixedToken::CloseBrace) {
+            true => diagnostic
+                .help("write `return` before it if it is the result of the function")
+                .guess(Span { end: span.start, ..span }, "return "),
+            false => diagnostic.help("assign it to a variable, or pass it to a function"),
+        }
     }
 
     /// Reports a token that begins no statement.
@@ -425,15 +473,8 @@ impl Parser<'_> {
         match self.condition() {
             Ok(value) => {
                 self.diagnostics.truncate(diagnostics);
-                let span = start.to(value.span);
-                self.complain(
-                    Diagnostic::new(
-                        DiagnosticCode::ValueAsStatement,
-                        span,
-                        "nothing is done with this value",
-                    )
-                    .help("assign it to a variable, or pass it to a function"),
-                );
+                let diagnostic = self.unused_value(start.to(value.span));
+                self.complain(diagnostic);
                 Reported
             }
             Err(reported) => reported,

@@ -16,7 +16,8 @@ fn instead_of(word: &str) -> Option<&'static str> {
         "break" | "continue" => {
             "leave a loop by its condition, or put it into a function and `return`"
         }
-        "then" | "do" | "end" | "begin" | "endif" | "done" => "blocks stand in braces: `{ ... }`",
+        "do" => "a loop is written `while(condition) { ... }`, and blocks stand in braces",
+        "then" | "end" | "begin" | "endif" | "done" => "blocks stand in braces: `{ ... }`",
         "local" | "let" | "const" | "int" | "float" | "double" | "char" | "bool" | "auto"
         | "uint8_t" | "int16_t" | "string" => "a variable is declared with `var`",
         "def" | "func" | "fn" | "fun" | "void" | "proc" | "sub" => {
@@ -94,9 +95,52 @@ impl Parser<'_> {
         let diagnostic = Diagnostic::new(DiagnosticCode::ForeignWord, callee.span, message);
         let Some(diagnostic) = explained(diagnostic, name, true) else { return Ok(()) };
         let reported = self.report(diagnostic);
-        // The block is parsed to find more errors in it.
-        let _ = self.block();
+        let opening = self.position;
+        if matches!(&**name, "switch" | "match") {
+            // Nothing in it is a statement of Buzz.
+            self.open();
+            self.skip_to_closing();
+            self.lose(opening);
+        } else {
+            // The block is parsed to find more errors in it.
+            let _ = self.block();
+        }
         Err(reported)
+    }
+
+    /// Skips what follows a word of another language that was reported: the block and the condition of
+    /// `do { ... } while(...)`.
+    fn skip_foreign_loop(&mut self) {
+        if !self.at(FixedToken::OpenBrace) || self.block().is_err() {
+            return;
+        }
+        if self.eat(FixedToken::While) && self.at(FixedToken::OpenParen) {
+            self.open();
+            self.skip_to_closing();
+        }
+    }
+
+    /// Returns the operator of Buzz for a word between two values, such as `mod`.
+    pub(super) fn operator_word(&self) -> Option<Diagnostic> {
+        self.operator_word_at(self.position)
+    }
+
+    fn operator_word_at(&self, position: usize) -> Option<Diagnostic> {
+        let word = self.name_at(position)?;
+        let (operator, help) = match word {
+            "mod" => ("%", "the remainder of a division is `%`"),
+            "div" => ("/", "a division of integers is `/`"),
+            "is" | "equals" => ("==", "equality is `==`"),
+            _ => return None,
+        };
+        let (before, word_at) = (self.token_at(position.checked_sub(1)?), self.token_at(position));
+        let is_between = before.kind.ends_value()
+            && !word_at.is_separated()
+            && !self.token_at(position + 1).is_separated();
+        let message = format!("Buzz has no operator `{word}`");
+        let span = word_at.span;
+        let diagnostic = Diagnostic::new(DiagnosticCode::ForeignOperator, span, message);
+        is_between.then(|| diagnostic.help(help).edit(span, operator))
     }
 
     /// Reports a name, or a field of a table, that is neither called nor assigned.
@@ -131,6 +175,13 @@ impl Parser<'_> {
             let message = format!("`{name}` is no keyword of Buzz");
             let diagnostic = Diagnostic::new(DiagnosticCode::ForeignWord, value.span, message);
             if let Some(diagnostic) = explained(diagnostic, name, same_line && goes_on) {
+                let reported = self.report(diagnostic);
+                if name == "do" {
+                    self.skip_foreign_loop();
+                }
+                return reported;
+            }
+            if let Some(diagnostic) = self.operator_word_at(self.start_of(value)) {
                 return self.report(diagnostic);
             }
         }

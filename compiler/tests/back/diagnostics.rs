@@ -157,6 +157,9 @@ const CASES: &[(&str, &str, &str)] = &[
         "neighbors.broadcast(\"k\", { .a = 1, .b = 2, .c = 3, .d = 4 })",
     ),
     ("function _f() { g() } function step() { log(1) }", "W0228", "g"),
+    ("i = 0 while(i < neighbors.count()) { log(neighbors.get(i)) i = i + 1 }", "W0312", "i"),
+    ("x = 1 while(x > 0) log(x)", "W0313", "x > 0"),
+    ("x = math.tan(-45)", "W0314", "-45"),
     ("function _f() { return math.atan2(1, 2) } function init() { log(1) }", "W0228", "atan2"),
     (
         "math.v = {} math.v.f = function() { return math.atan2(1, 2) } function init() { log(1) }",
@@ -321,7 +324,7 @@ fn an_unknown_function_is_an_error_only_where_code_runs() {
         "function _g() { _f() } function step() { log(1) }",
         "function _g() { return function() { _f() } } function init() { log(1) }",
         "function _g() { _f() } function _h() { _g() } function step() { log(1) }",
-        "t = {} t.f = function() { _f() } function step() { log(t.g) }",
+        "t = {} t.f = function() { _f() } t.g = 1 function step() { log(t.g) }",
         "t = { .f = function() { _f() }, .g = function() { return 1 } } function step() { log(t.g()) }",
         "t = { .f = function() { return self.h() }, .h = function() { _f() } } function step() { log(1) }",
         "t = { .f = function() { _f() } } function step() { t.f = nil t = nil }",

@@ -6,6 +6,7 @@ mod grammar;
 mod includes;
 mod lexer;
 mod missing;
+mod mistakes;
 mod properties;
 mod rendering;
 mod support;

@@ -54,7 +54,7 @@ help = "0 to 1"
 
 [[value]]
 name = "proximity[].angle"
-is = [0.0, 1.5708, 3.1416]
+is = [0.0, 1.55, 3.05]
 help = "rad"
 
 [[value]]
@@ -102,7 +102,7 @@ fn values_are_read() {
             ("spots[].size", Some(4)),
         ]
     );
-    let angles = [0.0, 1.5708, 3.1416].map(ValueConstant::Float).to_vec();
+    let angles = [0.0, 1.55, 3.05].map(ValueConstant::Float).to_vec();
     assert_eq!(robot.values[3].source, ValueSource::Constant(angles));
     assert_eq!(robot.values[5].source, ValueSource::Constant(vec![ValueConstant::Int(0)]));
     // 12 mm are 1.2 cm, and 180 degrees are pi.
@@ -177,9 +177,9 @@ fn every_error_has_its_place() {
             "is = [1, 2]",
             Expected("NotAList", 34, 1, "a list has `[]` in its name"),
         ),
-        ("is = [0.0, 1.5708, 3.1416]", "is = [0.0, 1.5]", Expected("OtherCount", 50, 1, "line 44")),
-        ("is = [0.0, 1.5708, 3.1416]", "is = []", Expected("NumberOfElements", 52, 6, "1024")),
-        ("is = [0.0, 1.5708, 3.1416]", "is = [\"a\"]", Expected("WrongType", 52, 7, "a number")),
+        ("is = [0.0, 1.55, 3.05]", "is = [0.0, 1.5]", Expected("OtherCount", 50, 1, "line 44")),
+        ("is = [0.0, 1.55, 3.05]", "is = []", Expected("NumberOfElements", 52, 6, "1024")),
+        ("is = [0.0, 1.55, 3.05]", "is = [\"a\"]", Expected("WrongType", 52, 7, "a number")),
         ("count = 4\n", "", Expected("NoCount", 66, 1, "add `count = 8`")),
         ("count = 4", "count = 0", Expected("OutOfRange", 69, 9, "from 1 to 1024")),
         (
