@@ -30,9 +30,9 @@ pub enum SensorKind {
     },
     /// Brightness of lamps and ambient light, 0 (dark) to 1023.
     Light {
-        /// The direction in which the sensor looks; with `None`, if left out, it is equally
-        /// sensitive in all directions.
-        direction_deg: Option<f64>,
+        /// Directions in which the sensor looks, with a value for each; with none, if left out, it
+        /// has one value and is equally sensitive in all directions.
+        directions_deg: Vec<f64>,
     },
     /// Brightness of the ground below the middle of the robot, 0 (black) to 1023 (white).
     Ground,
@@ -59,12 +59,13 @@ pub enum SensorKind {
 /// A value of a sensor that a function returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorValue {
-    /// The only value of light, ground and battery.
+    /// The only value of light in one direction, ground and battery.
     Only,
-    /// The distance along a beam of a proximity sensor, by its number from 0.
+    /// The value of a beam of a proximity sensor, or of a direction of a light sensor, by its
+    /// number from 0.
     Beam(usize),
-    /// The distance along the beam whose number, from 0, is the only argument of the function. A
-    /// call with another number fails as out of range.
+    /// The value of the beam whose number, from 0, is the only argument of the function. A call
+    /// with another number fails as out of range.
     BeamOfArgument,
     /// Distance in mm to the nearest robot in range; the range if there is none.
     NearestDistance,
@@ -108,6 +109,15 @@ impl SensorValue {
 }
 
 impl SensorKind {
+    /// Returns the directions of a sensor whose values are numbered; empty for other sensors.
+    pub fn beams_deg(&self) -> &[f64] {
+        match self {
+            SensorKind::Proximity { directions_deg, .. } => directions_deg,
+            SensorKind::Light { directions_deg } if directions_deg.len() > 1 => directions_deg,
+            _ => &[],
+        }
+    }
+
     /// Returns the word in robot files.
     pub const fn name(&self) -> &'static str {
         match self {

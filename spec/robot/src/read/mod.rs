@@ -19,8 +19,8 @@ use crate::{
     Budget, Indicator, LONG_MAX, Medium, NumberProfile, OnFault, Robot, RobotFunction, SensorTable,
     Setting, VmSizes, name_hash,
 };
-use body::{BODY, SENSOR, SensorNames};
-use effect::SETS;
+use body::{BODY, SENSOR, STEERING, SensorNames};
+use effect::{SETS, STEERS};
 
 /// Words that a script cannot use as a name. `include` is a keyword only before a string, but would
 /// be confusing.
@@ -50,6 +50,8 @@ fn keys(section: &'static str) -> Vec<&'static str> {
         BODY => return body::body_keys(),
         SENSOR => return body::sensor_keys(),
         SETS => return effect::sets_keys(),
+        STEERING => &body::STEERING_KEYS,
+        STEERS => &effect::STEERS_KEYS,
         ROOT => &[
             "name",
             "title",
@@ -97,7 +99,9 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "settings",
         ],
         REGION => &["address", "size"],
-        FUNCTION => &["name", "accepts", "returns", "waits", "help", "sets", "reads", "logs"],
+        FUNCTION => {
+            &["name", "accepts", "returns", "waits", "help", "sets", "steers", "reads", "logs"]
+        }
         TABLE => &["name", "fields", "help"],
         SETTING => &["name", "least", "most", "help"],
         INDICATOR => &["shows", "means"],
@@ -109,7 +113,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
 /// The keys, words and quantities that describe a robot for the simulator.
 #[cfg(test)]
 pub fn simulator_keys() -> Vec<&'static str> {
-    let keys = [BODY, SENSOR, SETS].into_iter().flat_map(keys);
+    let keys = [BODY, STEERING, SENSOR, SETS, STEERS].into_iter().flat_map(keys);
     keys.chain(body::words()).collect()
 }
 
