@@ -167,24 +167,30 @@ fn expect(global: &str, value: f64, tolerance: f64) -> String {
     )
 }
 
-/// Two robots hear each other up to the range of their link and not beyond, with distance and direction.
+/// Two robots hear each other up to the range of their link and not beyond, and get the distance in the unit of their host: cm in
+/// ARGoS, m in HiveMind.
 #[test]
 fn robots_talk_within_their_range() {
-    for (robot, range_mm) in
-        [("footbot", 3000), ("epuck", 800), ("khepera", 3000), ("hiveboard", 10_000)]
-    {
+    for (robot, range_mm, unit_mm) in [
+        ("footbot", 3000, 10.0),
+        ("epuck", 800, 10.0),
+        ("khepera", 3000, 10.0),
+        ("hiveboard", 10_000, 1000.0),
+    ] {
         let script = "n = 0 d = 0\n\
                       function init() { neighbors.listen(\"x\", function(t, v, i) {\n\
                       n = n + v d = neighbors.get(i).distance }) }\n\
                       function step() { neighbors.broadcast(\"x\", 1) }\n";
         let folder = folder(&format!("hosts_talk_{robot}"), &[("s.bzz", script)]);
         for (apart, heard) in [(range_mm - 50, "above = 30"), (range_mm + 50, "equals = 0")] {
-            let distance = if apart < range_mm { apart } else { 0 };
+            // Floats of 16 bits have 10 bits of fraction: an error of less than 1 in 1000.
+            let distance = if apart < range_mm { f64::from(apart) / unit_mm } else { 0.0 };
+            let tolerance = 0.001 * distance;
             let text = format!(
                 "[world]\nsize = [25000, 25000]\nduration = 5\n\
                  [[robots]]\nrobot = \"{robot}\"\nscript = \"s.bzz\"\npositions = [[0, 0], [{apart}, 0]]\n\
                  [[expect]]\nat = 5\nvalue = \"global.n\"\nof = \"min\"\n{heard}\n\
-                 [[expect]]\nat = 5\nvalue = \"global.d\"\nof = \"min\"\nequals = {distance}\ntolerance = 8\n"
+                 [[expect]]\nat = 5\nvalue = \"global.d\"\nof = \"min\"\nequals = {distance}\ntolerance = {tolerance}\n"
             );
             let summary = run(&folder, &text);
             assert!(summary.faults.is_empty(), "{robot}: {:?}", summary.faults);

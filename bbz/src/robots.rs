@@ -3,8 +3,8 @@
 
 use bittybuzz_robot_files::{all_shipped, find};
 use bittybuzz_robot_spec::{
-    BodySpec, Budget, FunctionEffect, Indicator, OnFault, Robot, RobotFunction, Sensor, SensorKind,
-    Setting, Steering,
+    BodySpec, Budget, DistanceUnit, FunctionEffect, Indicator, OnFault, Robot, RobotFunction,
+    Sensor, SensorKind, Setting, Steering,
 };
 use clap::Args;
 
@@ -144,7 +144,12 @@ fn sensor_text(sensor: &Sensor) -> String {
             1 => format!(", up to {range_mm} mm"),
             beams => format!(", {beams} beams up to {range_mm} mm"),
         },
-        SensorKind::RangeAndBearing { range_mm, .. } => format!(", up to {range_mm} mm"),
+        SensorKind::RangeAndBearing { range_mm, unit: DistanceUnit::Millimeter, .. } => {
+            format!(", up to {range_mm} mm")
+        }
+        SensorKind::RangeAndBearing { range_mm, unit, .. } => {
+            format!(", up to {range_mm} mm; scripts get distances in {}", unit.name())
+        }
         SensorKind::Battery { full_mv, empty_mv, minutes } => {
             format!(", {full_mv} to {empty_mv} mV in {minutes} minutes")
         }

@@ -86,7 +86,7 @@ pub use generate::generate_rust;
 pub use layout::{Layout, Region};
 pub use link::Medium;
 pub use read::is_robot_name;
-pub use sensor::{Sensor, SensorKind, SensorReading, SensorValue};
+pub use sensor::{DistanceUnit, Sensor, SensorKind, SensorReading, SensorValue};
 pub use signature::{PARAMETERS_MAX, Parameter, SignatureType, parameter_at, takes_count};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 
@@ -314,6 +314,15 @@ impl Robot {
     /// Returns the function of that name.
     pub fn function(&self, name: &str) -> Option<&RobotFunction> {
         self.functions.iter().find(|function| function.name == name)
+    }
+
+    /// Returns the unit in which scripts get the distance of a neighbor.
+    pub fn neighbor_unit(&self) -> DistanceUnit {
+        let unit = |sensor: &Sensor| match sensor.kind {
+            SensorKind::RangeAndBearing { unit, .. } => Some(unit),
+            _ => None,
+        };
+        self.sensors.iter().find_map(unit).unwrap_or_default()
     }
 
     /// Returns the table of that name.

@@ -44,6 +44,8 @@ pub enum SensorKind {
         range_mm: f64,
         /// Standard deviation of a direction, in degrees; 0 if left out.
         bearing_noise_deg: f64,
+        /// The unit in which scripts get the `distance` of a neighbor; mm if left out.
+        unit: DistanceUnit,
     },
     /// Voltage of the battery in mV, which falls evenly from full to empty.
     Battery {
@@ -54,6 +56,39 @@ pub enum SensorKind {
         /// Minutes from full to empty. The robot stops when the battery is empty.
         minutes: f64,
     },
+}
+
+/// A unit of distances.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum DistanceUnit {
+    #[default]
+    Millimeter,
+    Centimeter,
+    Meter,
+}
+
+impl DistanceUnit {
+    /// The words of robot files.
+    pub const WORDS: [(&str, DistanceUnit); 3] = [
+        ("mm", DistanceUnit::Millimeter),
+        ("cm", DistanceUnit::Centimeter),
+        ("m", DistanceUnit::Meter),
+    ];
+
+    /// Returns the word in robot files.
+    pub fn name(self) -> &'static str {
+        let word = DistanceUnit::WORDS.into_iter().find(|(_, unit)| *unit == self);
+        word.expect("every unit has a word").0
+    }
+
+    /// Returns the length of the unit in mm.
+    pub const fn mm(self) -> f64 {
+        match self {
+            DistanceUnit::Millimeter => 1.0,
+            DistanceUnit::Centimeter => 10.0,
+            DistanceUnit::Meter => 1000.0,
+        }
+    }
 }
 
 /// A value of a sensor that a function returns.

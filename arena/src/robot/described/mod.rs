@@ -120,7 +120,7 @@ impl RobotModel for DescribedRobot {
     /// within reach.
     fn set_own_media(&self, media: &mut Media) {
         let link = self.sensors.iter().find_map(|sensor| match sensor.kind {
-            SensorKind::RangeAndBearing { range_mm, bearing_noise_deg } => {
+            SensorKind::RangeAndBearing { range_mm, bearing_noise_deg, .. } => {
                 Some((range_mm, sensor.noise, bearing_noise_deg))
             }
             _ => None,

@@ -115,7 +115,7 @@ fn measure(sensor: &Sensor, radius_mm: f32, io: &Io<'_>, chance: &mut Stream) ->
         }
         // The ground of every world is white.
         SensorKind::Ground => vec![noisy(READING_MAX).clamp(0.0, READING_MAX)],
-        SensorKind::RangeAndBearing { range_mm, bearing_noise_deg } => {
+        SensorKind::RangeAndBearing { range_mm, bearing_noise_deg, .. } => {
             let range_mm = *range_mm as f32;
             let (count, nearest) = io.sensors.neighbors(range_mm);
             let (distance, bearing) = nearest.map_or((range_mm, 0.0), |[distance, bearing]| {

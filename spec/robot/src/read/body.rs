@@ -8,7 +8,7 @@ use bittybuzz_toml_reader::TomlError;
 use super::{Entry, Section, given, one_line};
 use crate::body::{BodySpec, DriveSpec, Steering};
 use crate::error::RobotFileCause;
-use crate::sensor::{Sensor, SensorKind};
+use crate::sensor::{DistanceUnit, Sensor, SensorKind};
 use crate::signature;
 
 pub const BODY: &str = "[body]";
@@ -38,7 +38,7 @@ const SENSOR_KINDS: [(&str, &[&str]); 5] = [
     ("proximity", &["range_mm", "nothing", "direction_deg", "directions_deg", "count"]),
     ("light", &["direction_deg", "directions_deg", "count"]),
     ("ground", &[]),
-    ("range-and-bearing", &["range_mm", "bearing_noise_deg"]),
+    ("range-and-bearing", &["range_mm", "bearing_noise_deg", "unit"]),
     ("battery", &["full_mv", "empty_mv", "minutes"]),
 ];
 
@@ -246,9 +246,11 @@ fn sensor_kind(section: &Section<'_>, word: &str) -> Option<SensorKind> {
         "range-and-bearing" => {
             let range_mm = number(section, "range_mm", RANGE);
             let bearing_noise_deg = number_or(section, "bearing_noise_deg", 0.0..=180.0, 0.0);
+            let unit = section.get("unit").map(|entry| entry.word(&DistanceUnit::WORDS));
             Some(SensorKind::RangeAndBearing {
                 range_mm: range_mm?,
                 bearing_noise_deg: bearing_noise_deg?,
+                unit: given(unit)?.unwrap_or_default(),
             })
         }
         "battery" => {

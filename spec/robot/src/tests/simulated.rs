@@ -39,10 +39,28 @@ fn a_body_and_its_sensors_are_read() {
     let directions_deg = vec![0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
     let kind = SensorKind::Proximity { directions_deg, range_mm: 300.0, nothing: 300.0 };
     assert_eq!((&ring.kind, ring.noise, ring.rate_hz), (&kind, 5.0, None));
-    let link = SensorKind::RangeAndBearing { range_mm: 2000.0, bearing_noise_deg: 0.0 };
+    let unit = DistanceUnit::Millimeter;
+    let link = SensorKind::RangeAndBearing { range_mm: 2000.0, bearing_noise_deg: 0.0, unit };
     assert_eq!(radio.kind, link);
     let battery = SensorKind::Battery { full_mv: 4200.0, empty_mv: 3300.0, minutes: 30.0 };
     assert_eq!(cell.kind, battery);
+}
+
+#[test]
+fn neighbors_are_measured_in_the_unit_of_the_link() {
+    assert_eq!(right().neighbor_unit().name(), "mm");
+    for (unit, mm) in [("mm", 1.0), ("cm", 10.0), ("m", 1000.0)] {
+        let range = "range_mm = 2000";
+        let text = spoiled(RIGHT, range, &format!("{range}\nunit = \"{unit}\""));
+        let found = Robot::parse(&text, "rover.toml").unwrap().neighbor_unit();
+        assert_eq!((found.name(), found.mm()), (unit, mm));
+    }
+    let cases = [(
+        "range_mm = 2000",
+        "range_mm = 2000\nunit = \"km\"",
+        Expected("UnknownWord", 21, 8, "mm"),
+    )];
+    expect_errors(RIGHT, &cases);
 }
 
 #[test]
