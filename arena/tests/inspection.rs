@@ -54,6 +54,22 @@ fn an_absent_robot_has_no_inspection() {
     assert!(simulation.inspect(0, Limits::NONE).is_some());
 }
 
+/// A foot-bot's script gets cm, people get mm.
+#[test]
+fn neighbors_are_shown_in_mm_in_any_unit_of_scripts() {
+    let script = "d = 0\nfunction step() { neighbors.broadcast(\"x\", 1) \
+                  neighbors.foreach(function(i, data) { d = data.distance }) }\n";
+    let folder = folder("unit", &[("s.bzz", script)]);
+    let text = "[world]\nsize = [2000, 2000]\nduration = 2\n\n[[robots]]\nrobot = \"footbot\"\n\
+                script = \"s.bzz\"\npositions = [[0, 0], [500, 0]]\n";
+    let mut last = None;
+    run_with(&folder, text, 1, |run| last = run.inspect(0, Limits::NONE));
+    let memory = last.unwrap();
+    let [neighbor] = &memory.neighbors[..] else { panic!("{:?}", memory.neighbors) };
+    assert_eq!(neighbor.place.unwrap()[0], 500.0);
+    assert_eq!(*global(&memory, "d"), ScriptValue::Float(50.0));
+}
+
 /// After a minute of 7 in the air, from 4.15 V to 3.2 V; and as an event sets it.
 #[test]
 fn the_battery_is_the_one_that_the_script_reads() {

@@ -27,6 +27,7 @@ mod faults;
 mod flight_fidelity;
 mod globals;
 mod groups;
+mod hosts;
 mod inspection;
 mod kilobot_motion;
 mod links;

@@ -45,7 +45,7 @@ Exit status: 0, or 2 compile error, 3 wrong command line or file.";
 pub struct BuildArguments {
     /// Script (.bzz) or Buzz object file (.bo)
     file: PathBuf,
-    /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
+    /// Robot: its name (see `bbz robots`) or the path of a robot file (*.toml)
     #[arg(long, value_name = "NAME|PATH.toml")]
     robot: String,
     /// Number profile: 16-bit or 32-bit numbers [default: the robot's]

@@ -30,7 +30,7 @@ Exit status: 0, or 3 wrong command line or file.";
 pub struct NewArguments {
     /// Folder to make; its last part is the name of the files
     name: PathBuf,
-    /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
+    /// Robot: its name (see `bbz robots`) or the path of a robot file (*.toml)
     #[arg(long, value_name = "NAME|PATH.toml")]
     robot: String,
 }

@@ -3,8 +3,8 @@
 
 use bittybuzz_robot_files::{all_shipped, find};
 use bittybuzz_robot_spec::{
-    BodySpec, Budget, FunctionEffect, Indicator, OnFault, Robot, Sensor, SensorKind, SensorReading,
-    Setting, TableValue, ValueScale, ValueSource,
+    BodySpec, Budget, DistanceUnit, FunctionEffect, Indicator, OnFault, Robot, RobotFunction,
+    Sensor, SensorKind, SensorReading, Setting, Steering, TableValue, ValueScale, ValueSource,
 };
 use bittybuzz_toml_reader::number_text;
 use clap::Args;
@@ -59,6 +59,8 @@ pub fn describe(robot: &Robot) -> String {
     let mut lines = vec![format!("{} (`--robot {}`): {chip}", robot.title, robot.name)];
     lines.extend(limits(robot).map(|limit| format!("  {limit}")));
     lines.extend(robot.body.as_ref().map(|body| format!("  {}", body_text(body))));
+    let steering = robot.body.as_ref().and_then(|body| body.drive.steering());
+    lines.extend(steering.map(|rule| format!("  {}", steering_text(&rule))));
     lines.extend(robot.sensors.iter().map(|sensor| format!("  {}", sensor_text(sensor))));
     for function in robot.functions.iter().filter(|function| !function.is_reader()) {
         lines.push(String::new());
@@ -66,7 +68,8 @@ pub fn describe(robot: &Robot) -> String {
         let waits = if function.waits { "; the script waits until that is done" } else { "" };
         lines.push(format!("    {}{waits}", function.help));
         if let Some(effect) = &function.effect {
-            lines.push(format!("    in bbz sim: {}", effect_text(effect, &robot.sensors)));
+            lines
+                .push(format!("    in bbz sim: {}", effect_text(function, effect, &robot.sensors)));
         }
     }
     for table in &robot.tables {
@@ -131,6 +134,15 @@ fn body_text(body: &BodySpec) -> String {
     )
 }
 
+/// Returns a text about the rule by which the robot follows vectors.
+fn steering_text(rule: &Steering) -> String {
+    let Steering { hard_turn_deg, soft_turn_deg, no_turn_deg, speed_mm_s } = rule;
+    format!(
+        "along a vector: at most {speed_mm_s} mm/s; straight up to {no_turn_deg} degrees off, on the spot \
+         above {hard_turn_deg} until {soft_turn_deg}, else in a curve"
+    )
+}
+
 /// Returns a text such as `sensor ring: proximity, 8 beams up to 300 mm`.
 fn sensor_text(sensor: &Sensor) -> String {
     let kind = sensor.kind.name();
@@ -139,9 +151,17 @@ fn sensor_text(sensor: &Sensor) -> String {
             1 => format!(", up to {range_mm} mm"),
             beams => format!(", {beams} beams up to {range_mm} mm"),
         },
-        SensorKind::RangeAndBearing { range_mm, .. } => format!(", up to {range_mm} mm"),
+        SensorKind::RangeAndBearing { range_mm, unit: DistanceUnit::Millimeter, .. } => {
+            format!(", up to {range_mm} mm")
+        }
+        SensorKind::RangeAndBearing { range_mm, unit, .. } => {
+            format!(", up to {range_mm} mm; scripts get distances in {}", unit.name())
+        }
         SensorKind::Battery { full_mv, empty_mv, minutes } => {
             format!(", {full_mv} to {empty_mv} mV in {minutes} minutes")
+        }
+        SensorKind::Light { directions_deg } if directions_deg.len() > 1 => {
+            format!(", {} directions, 0 to 1023", directions_deg.len())
         }
         SensorKind::Light { .. } | SensorKind::Ground => ", 0 to 1023".to_owned(),
         SensorKind::Positioning { .. } => String::new(),
@@ -150,14 +170,20 @@ fn sensor_text(sensor: &Sensor) -> String {
 }
 
 /// Returns a text such as `sets forward = 0 mm/s; reads ring.0 (mm)`.
-fn effect_text(effect: &FunctionEffect, sensors: &[Sensor]) -> String {
+fn effect_text(function: &RobotFunction, effect: &FunctionEffect, sensors: &[Sensor]) -> String {
     let mut parts = Vec::new();
     if !effect.sets.is_empty() {
         let sets: Vec<String> = effect.sets.iter().map(ToString::to_string).collect();
         parts.push(format!("sets {}", sets.join(", ")));
     }
+    if let Some(vector) = &effect.steers {
+        parts.push(format!("steers along {vector}"));
+    }
     if effect.logs {
-        parts.push("logs its arguments".to_owned());
+        let mut last = function.accepts.iter().filter_map(|list| list.last());
+        let is_like_log = last.any(|parameter| parameter.is_repeated);
+        let logged = if is_like_log { "logs its arguments" } else { "logs the call" };
+        parts.push(logged.to_owned());
     }
     parts.extend(effect.reads.map(|reading| format!("reads {}", reading_text(reading, sensors))));
     parts.join("; ")

@@ -25,7 +25,7 @@ impl Problem for RobotErrors {
 /// `--robot` and `--profile`.
 #[derive(Debug, Args)]
 pub struct SelectionArguments {
-    /// Robot: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
+    /// Robot: its name (see `bbz robots`) or the path of a robot file (*.toml)
     #[arg(long, value_name = "NAME|PATH.toml")]
     robot: Option<String>,
     /// Number profile: 16-bit or 32-bit numbers [default: the robot's, else full]

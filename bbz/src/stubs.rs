@@ -1,12 +1,16 @@
 //! `bbz stubs`: writes a robot file, to start from, for the robot functions that a script calls and
 //! for the tables of the robot that it reads.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::check::missing::{Missing, MissingFunction, MissingValue, missing};
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_robot_files::all_shipped;
-use bittybuzz_robot_spec::{PARAMETERS_MAX, Robot, TableValue, is_robot_name, table_of};
+use bittybuzz_robot_spec::{
+    PARAMETERS_MAX, Robot, SignatureType, TableValue, ValueConstant, ValueSource, is_robot_name,
+    table_of,
+};
 use clap::Args;
 
 use crate::exit::ExitStatus;
@@ -113,10 +117,64 @@ fn robot_file(
     for function in &missing.functions {
         text += &function_section(function, sources);
     }
-    for value in &missing.values {
+    let robots = all_shipped();
+    let hosts = host_tables(missing, &robots);
+    for value in missing.values.iter().filter(|value| !is_in(value, &hosts)) {
         text += &value_section(value, sources);
     }
+    for (robot, value) in hosts {
+        text += &host_section(robot, value);
+    }
     text
+}
+
+/// Returns the values of the tables that the script reads, where a robot that ships has a table of that
+/// name: the script may read further ones through a variable.
+fn host_tables<'a>(missing: &Missing, robots: &'a [Robot]) -> Vec<(&'a Robot, &'a TableValue)> {
+    let tables: BTreeSet<&str> = missing.values.iter().map(|value| table_of(&value.path)).collect();
+    let of_table = |table: &str| {
+        let count = |robot: &&Robot| values_in(robot, table).count();
+        let robot = robots.iter().max_by_key(count)?;
+        Some(
+            robot
+                .values
+                .iter()
+                .filter(move |value| value.path.table() == table)
+                .map(move |value| (robot, value))
+                .collect::<Vec<_>>(),
+        )
+    };
+    tables.into_iter().filter_map(of_table).flatten().collect()
+}
+
+/// Returns true if a table has the value already, or a table in its place, or it leads into a value.
+fn is_in(value: &MissingValue, tables: &[(&Robot, &TableValue)]) -> bool {
+    let leads_to = |one: &str, other: &str| {
+        let rest = other.strip_prefix(one);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+    };
+    tables.iter().any(|(_, known)| {
+        let known = known.path.text();
+        leads_to(&value.path, known) || leads_to(known, &value.path)
+    })
+}
+
+fn host_section(robot: &Robot, value: &TableValue) -> String {
+    let path = value.path.text();
+    let is_integer = match (&value.source, robot.function(path)) {
+        (ValueSource::Constant(all), _) => {
+            matches!(all.first(), Some(ValueConstant::Int(_)))
+        }
+        (ValueSource::Reading(_), function) => {
+            function.is_some_and(|function| function.returns == Some(SignatureType::Int))
+        }
+    };
+    let number = if is_integer { "0" } else { "0.0" };
+    let count = value.elements.map_or(String::new(), |count| format!("count = {count}\n"));
+    format!(
+        "\n# As in the robot file of {}.\n[[value]]\nname = \"{path}\"\nis = {number}\n{count}help = {:?}\n",
+        robot.name, value.help
+    )
 }
 
 /// Returns a comment that names the robots that ship and have everything that the script requires;

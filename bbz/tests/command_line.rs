@@ -350,7 +350,7 @@ help = "write the values to the log"
 fn robots_are_listed_with_their_functions() {
     let folder = Folder::new("robots");
     let list = folder.bbz(&["robots"]).stdout;
-    for name in ["kilobot", "zooids", "crazyflie"] {
+    for name in ["kilobot", "zooids", "crazyflie", "footbot", "epuck", "khepera", "hiveboard"] {
         assert!(list.lines().any(|line| line.starts_with(name)), "{list}");
     }
     let kilobot = folder.bbz(&["robots", "kilobot"]).stdout;
@@ -368,6 +368,17 @@ fn robots_are_listed_with_their_functions() {
     assert!(zooids.contains("\npos = { "), "{zooids}");
     assert!(zooids.contains("\nbbz flash --set range_mm="), "{zooids}");
     assert!(!zooids.contains("in bbz sim"), "{zooids}");
+    let footbot = folder.bbz(&["robots", "footbot"]).stdout;
+    for line in [
+        "Foot-bot (`--robot footbot`): never flashed",
+        "  along a vector: at most 100 mm/s; straight up to 10 degrees off, on the spot above 90 until 70, else in a curve",
+        "  sensor light: light, 24 directions, 0 to 1023",
+        "  sensor range_and_bearing: range-and-bearing, up to 3000 mm; scripts get distances in cm",
+        "    in bbz sim: steers along forward = 10 * x mm/s, leftward = 10 * y mm/s",
+        "    in bbz sim: logs the call",
+    ] {
+        assert!(footbot.lines().any(|found| found == line), "{line} is not in:\n{footbot}");
+    }
     folder.write("rover.toml", ROVER);
     let rover = folder.bbz(&["robots", "rover.toml"]).stdout;
     for line in [

@@ -22,7 +22,8 @@ fn a_new_folder_runs_on_every_robot() {
     {
         folder.write(file, robot_file(range));
     }
-    for robot in ["kilobot", "zooids", "crazyflie", "far.toml", "near.toml", "alone.toml"] {
+    let shipped = ["kilobot", "zooids", "crazyflie", "footbot", "epuck", "khepera", "hiveboard"];
+    for robot in shipped.into_iter().chain(["far.toml", "near.toml", "alone.toml"]) {
         let name = robot.replace('.', "_");
         let made = folder.bbz(&["new", &name, "--robot", robot]);
         made.succeeds_with(&format!("made {name}: try `bbz sim {name}/{name}.toml --view`\n"));

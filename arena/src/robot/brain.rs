@@ -283,9 +283,14 @@ impl SimRobot {
     }
 
     /// Returns the content of the machine, with names from the symbols of the script; `None` if the
-    /// robot runs its firmware.
+    /// robot runs its firmware. The distances of neighbors are in mm, also if those in the machine
+    /// are in the unit of another host.
     pub fn inspect(&self, symbols: Option<&Symbols>, limits: Limits) -> Option<Inspection> {
-        Some(self.machine()?.inspect(symbols, limits))
+        let mut found = self.machine()?.inspect(symbols, limits);
+        for [distance, ..] in found.neighbors.iter_mut().filter_map(|known| known.place.as_mut()) {
+            *distance *= self.state.context.neighbor_unit_mm;
+        }
+        Some(found)
     }
 
     fn machine(&self) -> Option<&(dyn Machine + Send)> {

@@ -130,10 +130,28 @@ impl RobotCall<'_, '_> {
         autopilot.downcast_mut()
     }
 
+    /// Logs the call itself, as in `turret_set(0.5)`.
+    pub fn log_call(&mut self, name: &str) {
+        let text = |text: &str| Piece::Text(text.as_bytes().to_vec());
+        let mut pieces = vec![text(name), text("(")];
+        for (index, argument) in (self.pieces)().into_iter().enumerate() {
+            let is_string = matches!(argument, Piece::Constant(_) | Piece::Text(_));
+            let quote = if is_string { "\"" } else { "" };
+            let comma = if index > 0 { ", " } else { "" };
+            pieces.extend([text(comma), text(quote), argument, text(quote)]);
+        }
+        pieces.push(text(")"));
+        self.add_line(pieces);
+    }
+
     /// Logs a line: `before`, and all arguments.
     pub fn log(&mut self, before: Vec<Piece>) {
         let mut pieces = before;
         pieces.extend((self.pieces)());
+        self.add_line(pieces);
+    }
+
+    fn add_line(&mut self, pieces: Vec<Piece>) {
         let (tick, program) = (self.io.now, self.memory.program);
         self.memory.logged.push(LogLine { tick, program, pieces });
     }

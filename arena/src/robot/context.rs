@@ -44,6 +44,8 @@ pub struct GroupContext {
     pub budget: u16,
     /// The ids that scripts see, by the order in which robots come into the world.
     pub ids: Arc<[u16]>,
+    /// The unit, in mm, in which scripts get the distance of a neighbor.
+    pub neighbor_unit_mm: f32,
     /// Ticks from one step to the next.
     pub step_ticks: u64,
     /// Steps between messages that the machine sends on its own.
@@ -84,6 +86,7 @@ impl GroupContext {
                 .map(|length| length as usize),
             budget,
             ids,
+            neighbor_unit_mm: robot.neighbor_unit().mm() as f32,
             step_ticks: (TICKS_PER_SECOND / robot.tick_hz.max(1)).max(1).into(),
             periods: Periods {
                 beacon: steps(vm.beacon_steps),

@@ -11,6 +11,7 @@ use bittybuzz_vm_core::{
 use crate::engine::Io;
 
 use super::call::{CallNumbers, Done, RobotCall};
+use super::context::GroupContext;
 use super::log::{LogLine, Piece};
 use super::queue::{InQueue, OutQueue};
 use super::seen::{CallResult, Seen, SeenEvent};
@@ -167,10 +168,12 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
             *self.has_mail = self.inbox.is_assembling();
             return None;
         };
-        let ids = &self.state.context.ids;
+        let GroupContext { ids, neighbor_unit_mm, .. } = &*self.state.context;
         // An adversary has no id for scripts.
         let sender = received.robot.and_then(|robot| ids.get(usize::from(robot.0)));
-        let place = received.place().map(|place| place.map(Value::float));
+        let place = received.place().map(|[distance_mm, azimuth, elevation]| {
+            [distance_mm / neighbor_unit_mm, azimuth, elevation].map(Value::float)
+        });
         *sighting = Sighting { robot: sender.copied(), place };
         Some(length)
     }

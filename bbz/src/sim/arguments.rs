@@ -36,7 +36,7 @@ or a script does not compile, 3 wrong command line or file, 130 many runs were s
 pub struct SimArguments {
     /// Scenario (*.toml), or with --robot a script
     pub(super) scenario: PathBuf,
-    /// Robot of a script without a scenario: its name (kilobot, zooids, crazyflie) or the path of a robot file (*.toml)
+    /// Robot of a script without a scenario: its name (see `bbz robots`) or the path of a robot file (*.toml)
     #[arg(long, value_name = "NAME|PATH.toml")]
     pub(super) robot: Option<String>,
     /// Number of robots of a script without a scenario [default: 10]

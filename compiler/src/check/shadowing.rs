@@ -54,13 +54,15 @@ fn taken(name: &FreeName, robots: KnownRobots<'_>, profile: NumberProfile) -> Op
 }
 
 /// Describes the robot function that a script replaces. If no robot is named, the script may take a
-/// name that only some robots have.
+/// name that only some of the robots with a chip have. Robots without a chip are descriptions, such
+/// as those of other hosts, which share no function with the others.
 fn of_robot(name: &str, robots: KnownRobots<'_>) -> Option<String> {
-    match robots.target {
-        Some(robot) => Some(format!("a function of the {}", robot.title)),
-        None => (robots.functions(name).len() == robots.known.len())
-            .then(|| "a function of every robot".to_owned()),
+    if let Some(robot) = robots.target {
+        return Some(format!("a function of the {}", robot.title));
     }
+    let mut flashed = robots.known.iter().filter(|robot| robot.chip.is_some()).peekable();
+    let is_on_all = flashed.peek().is_some() && flashed.all(|robot| robot.function(name).is_some());
+    is_on_all.then(|| "a function of every robot with a chip".to_owned())
 }
 
 /// Returns warnings about functions that an assignment certainly replaces: by a value that is no

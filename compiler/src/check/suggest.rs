@@ -148,6 +148,7 @@ fn of_other_version(name: &str) -> Option<&'static str> {
     Some(match name {
         "atan2" => "math.atan",
         "fabs" => "math.abs",
+        "roundi" => "math.round",
         "rng" => "math.rng",
         "rng_uniform" => "math.rng.uniform",
         "rng_gaussian" => "math.rng.gaussian",

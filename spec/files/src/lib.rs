@@ -2,7 +2,8 @@
 //!
 //! Compiler and simulator know no robots and take them as arguments; programs take the list from
 //! this crate. A robot is its file `robots/NAME/robot.toml`, embedded in the program. To ship
-//! another one, add its line to [`shipped`] (`docs/new-robot.md` describes all steps).
+//! another one, add its line to [`shipped`] (`docs/new-robot.md` describes all steps). The files in
+//! `robots/host` describe robots of other hosts of Buzz, which have no firmware here.
 //!
 //! This crate holds text only and depends on no model and on no emulator, because build scripts of
 //! firmware use it.
@@ -38,6 +39,10 @@ pub const fn shipped() -> &'static [ShippedFile] {
         "kilobot": "kilobot/robot.toml"
         "zooids": "zooids/robot.toml"
         "crazyflie": "crazyflie/robot.toml"
+        "footbot": "host/footbot.toml"
+        "epuck": "host/epuck.toml"
+        "khepera": "host/khepera.toml"
+        "hiveboard": "host/hiveboard.toml"
         "bench": "bench.toml"
     }
 }

@@ -99,7 +99,8 @@ fn compile_and_run(robot: &Robot, folder: &Path) -> io::Result<String> {
 
 #[test]
 fn generated_source_compiles_to_the_values_of_the_robot_file() {
-    for robot in all_shipped() {
+    // A robot that only a description defines has no firmware.
+    for robot in all_shipped().into_iter().filter(|robot| robot.body.is_none()) {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(&robot.name);
         for on_fault in [OnFault::Restart, OnFault::Stop] {
             let robot = Robot { on_fault, ..robot.clone() };

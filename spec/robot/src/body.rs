@@ -31,6 +31,8 @@ pub enum DriveSpec {
         wheel_distance_mm: f64,
         /// Top speed of a wheel over the ground, in mm/s, in both directions.
         speed_mm_s: f64,
+        /// The rule by which the wheels follow a vector; `None` if no function steers.
+        steering: Option<Steering>,
     },
     /// A forward speed and a turning rate, both reached at once.
     Unicycle {
@@ -64,6 +66,24 @@ pub enum DriveSpec {
     },
 }
 
+/// The rule by which two wheels follow a vector: that of the Buzz controllers in ARGoS, where these
+/// are the attributes of `<wheel_turning>`. `[body.steering]` of the robot file.
+///
+/// Up to [`no_turn_deg`](Steering::no_turn_deg) off its heading the robot goes straight, and then in
+/// a curve that gets narrower with the angle. Above [`hard_turn_deg`](Steering::hard_turn_deg) it
+/// turns on the spot, until the angle is [`soft_turn_deg`](Steering::soft_turn_deg) or less.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Steering {
+    /// The angle above which the robot turns on the spot, in degrees.
+    pub hard_turn_deg: f64,
+    /// The angle at which it stops turning on the spot, in degrees.
+    pub soft_turn_deg: f64,
+    /// The largest angle at which it goes straight, in degrees.
+    pub no_turn_deg: f64,
+    /// The largest speed along a vector, and that of the wheels in a turn on the spot, in mm/s.
+    pub speed_mm_s: f64,
+}
+
 impl DriveSpec {
     /// Returns the word in robot files.
     pub const fn name(self) -> &'static str {
@@ -72,6 +92,14 @@ impl DriveSpec {
             DriveSpec::Unicycle { .. } => "unicycle",
             DriveSpec::SlipStick { .. } => "slip-stick",
             DriveSpec::Quadrotor { .. } => "quadrotor",
+        }
+    }
+
+    /// Returns the rule by which the drive follows a vector; `None` if it has none.
+    pub const fn steering(self) -> Option<Steering> {
+        match self {
+            DriveSpec::Differential { steering, .. } => steering,
+            _ => None,
         }
     }
 
@@ -99,7 +127,7 @@ impl DriveSpec {
             },
             ActuatorQuantity::Turn => Some(match self {
                 // The fastest turn has the wheels in opposite directions.
-                DriveSpec::Differential { wheel_distance_mm, speed_mm_s } => {
+                DriveSpec::Differential { wheel_distance_mm, speed_mm_s, .. } => {
                     (2.0 * speed_mm_s / wheel_distance_mm).to_degrees()
                 }
                 DriveSpec::Unicycle { turn_deg_s, .. }

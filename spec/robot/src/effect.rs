@@ -15,8 +15,10 @@ use crate::value::ValueReading;
 pub struct FunctionEffect {
     /// The quantities that the function sets, each at most once.
     pub sets: Vec<EffectAssignment>,
-    /// True if the call is written to the log of the run: its arguments in the format of `log`,
-    /// without separators.
+    /// The vector along which the body drives from now on, by its [`Steering`](crate::Steering).
+    pub steers: Option<SteeringVector>,
+    /// True if the call is written to the log of the run: as `log` prints its arguments if it takes
+    /// any number of them, else as a call, such as `turret_set(0.5)`.
     pub logs: bool,
     /// The value that the function returns.
     pub reads: Option<SensorReading>,
@@ -30,6 +32,25 @@ pub struct FunctionEffect {
 pub struct EffectAssignment {
     pub quantity: ActuatorQuantity,
     pub amount: Amount,
+}
+
+/// A vector in the frame of the robot, which a call gives to the body.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SteeringVector {
+    /// Its parts.
+    Cartesian {
+        /// Speed ahead, in mm/s.
+        forward: Amount,
+        /// Speed to the left, in mm/s.
+        leftward: Amount,
+    },
+    /// Its length and direction.
+    Polar {
+        /// Speed in mm/s.
+        speed: Amount,
+        /// Direction in degrees, anticlockwise from straight ahead.
+        direction: Amount,
+    },
 }
 
 /// A value of a quantity, in the quantity's unit.
@@ -86,6 +107,7 @@ pub(crate) enum Dimension {
     Speed,
     TurningRate,
     Length,
+    Angle,
     Share,
     Color,
 }
@@ -159,6 +181,7 @@ impl ActuatorQuantity {
             Dimension::Speed => "mm/s",
             Dimension::TurningRate => "deg/s",
             Dimension::Length => "mm",
+            Dimension::Angle => "deg",
             Dimension::Share => "0 to 1",
             Dimension::Color => "0 to 7",
         }
@@ -173,7 +196,65 @@ impl Dimension {
             Dimension::Speed => &[("mm/s", 1.0), ("cm/s", 10.0), ("m/s", 1000.0)],
             Dimension::TurningRate => &[("deg/s", 1.0), ("rad/s", 180.0 / std::f64::consts::PI)],
             Dimension::Length => &[("mm", 1.0), ("cm", 10.0), ("m", 1000.0)],
+            Dimension::Angle => &[("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)],
             Dimension::Share | Dimension::Color => &[],
+        }
+    }
+}
+
+impl Amount {
+    /// Returns the value in a call; `None` if the argument list does not have the parameter. `list`
+    /// is the argument list that accepts the call, and `arguments` are its arguments.
+    pub fn value(&self, list: &[Parameter], arguments: &[f64]) -> Option<f64> {
+        match self {
+            Amount::Constant(value) => Some(*value),
+            Amount::Parameter { name, factor } => {
+                let place = list.iter().position(|parameter| parameter.name == *name)?;
+                Some(arguments.get(place)? * factor)
+            }
+        }
+    }
+
+    /// Returns true if calls with the argument list have a value.
+    pub(crate) fn has_value(&self, list: &[Parameter]) -> bool {
+        match self {
+            Amount::Constant(_) => true,
+            Amount::Parameter { name, .. } => list.iter().any(|parameter| parameter.name == *name),
+        }
+    }
+}
+
+/// Writes the amount as in `10 * left`.
+impl fmt::Display for Amount {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Amount::Constant(value) => write!(f, "{}", number_text(*value)),
+            Amount::Parameter { name, factor: 1.0 } => write!(f, "{name}"),
+            Amount::Parameter { name, factor } => write!(f, "{} * {name}", number_text(*factor)),
+        }
+    }
+}
+
+/// Writes the vector as in `forward = 10 * x mm/s, leftward = 10 * y mm/s`.
+impl fmt::Display for SteeringVector {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SteeringVector::Cartesian { forward, leftward } => {
+                write!(f, "forward = {forward} mm/s, leftward = {leftward} mm/s")
+            }
+            SteeringVector::Polar { speed, direction } => {
+                write!(f, "speed = {speed} mm/s, direction = {direction} deg")
+            }
+        }
+    }
+}
+
+impl SteeringVector {
+    /// Returns both amounts, in the order of the fields.
+    pub const fn amounts(&self) -> [&Amount; 2] {
+        match self {
+            SteeringVector::Cartesian { forward, leftward } => [forward, leftward],
+            SteeringVector::Polar { speed, direction } => [speed, direction],
         }
     }
 }
@@ -181,12 +262,7 @@ impl Dimension {
 /// Writes the assignment as in `left_wheel = 10 * left mm/s`.
 impl fmt::Display for EffectAssignment {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = ", self.quantity.name())?;
-        match &self.amount {
-            Amount::Constant(value) => write!(f, "{}", number_text(*value))?,
-            Amount::Parameter { name, factor: 1.0 } => write!(f, "{name}")?,
-            Amount::Parameter { name, factor } => write!(f, "{} * {name}", number_text(*factor))?,
-        }
+        write!(f, "{} = {}", self.quantity.name(), self.amount)?;
         match self.quantity.dimension() {
             Dimension::Share | Dimension::Color => Ok(()),
             _ => write!(f, " {}", self.quantity.unit()),
@@ -203,14 +279,7 @@ impl FunctionEffect {
         arguments: &'a [f64],
     ) -> impl Iterator<Item = (ActuatorQuantity, f64)> + 'a {
         self.sets.iter().filter_map(move |EffectAssignment { quantity, amount }| {
-            let value = match amount {
-                Amount::Constant(value) => *value,
-                Amount::Parameter { name, factor } => {
-                    let place = list.iter().position(|parameter| parameter.name == *name)?;
-                    arguments.get(place)? * factor
-                }
-            };
-            Some((*quantity, value))
+            Some((*quantity, amount.value(list, arguments)?))
         })
     }
 }

@@ -77,6 +77,8 @@ pub enum RobotFileCause {
     ReturnsNothingRead { name: String },
     /// A function that reads something and returns nothing.
     ReadsWithoutResult { name: String },
+    /// A function that steers a body without a rule for it.
+    NoSteering,
     /// A table `sets` without a quantity.
     SetsNothing,
     /// A list of arguments with which a call changes nothing.
@@ -250,6 +252,9 @@ impl fmt::Display for RobotFileCause {
             RobotFileCause::ReadsWithoutResult { name } => {
                 write!(f, "`{name}` reads a sensor, but returns no number")
             }
+            RobotFileCause::NoSteering => {
+                write!(f, "`steers` has no meaning without a [body.steering]")
+            }
             RobotFileCause::SetsNothing => write!(f, "`sets` names no quantity"),
             RobotFileCause::ListSetsNothing { list } => {
                 write!(f, "a call with the arguments ({list}) sets nothing")
@@ -367,7 +372,7 @@ impl toml_reader::Cause for RobotFileCause {
                     .to_owned(),
             ),
             RobotFileCause::NoEffect { .. } => Some(
-                "add `sets = { QUANTITY = \"PARAMETER\" }`, `reads = \"SENSOR\"`, or `logs = true`"
+                "add `sets = { QUANTITY = \"PARAMETER\" }`, `steers`, `reads = \"SENSOR\"`, or `logs = true`"
                     .to_owned(),
             ),
             RobotFileCause::ReturnsNothingRead { .. } => Some(
@@ -375,6 +380,10 @@ impl toml_reader::Cause for RobotFileCause {
                     .to_owned(),
             ),
             RobotFileCause::ReadsWithoutResult { .. } => Some("add `returns = \"int\"`".to_owned()),
+            RobotFileCause::NoSteering => Some(
+                "a body with two wheels takes one, with `hard_turn_deg`, `soft_turn_deg`, `no_turn_deg` and `speed_mm_s`"
+                    .to_owned(),
+            ),
             RobotFileCause::SetsNothing => Some(
                 "write a quantity and its value, as in `sets = { forward = \"speed\" }`".to_owned(),
             ),

@@ -49,10 +49,11 @@
 //! | Key of `[[function]]` | Meaning |
 //! |---|---|
 //! | `sets` | quantities of the actuators, and their values: `{ forward = "speed cm/s", turn = 0 }`; see [`ActuatorQuantity`] |
+//! | `steers` | the vector along which the body drives: `{ forward = "x cm/s", leftward = "y cm/s" }` or `{ speed = "v", direction = "a rad" }`; see [`Steering`] |
 //! | `reads` | the value that it returns: a sensor, or one of several values as in `"ring.0"`; see [`SensorValue`] |
 //! | `logs` | true: the call is written to the log of the run |
 //!
-//! A value of `sets` is a number, the name of a parameter, or either of them in a unit: `"speed m/s"`, `"-rate rad/s"`,
+//! A value of `sets` or `steers` is a number, the name of a parameter, or either of them in a unit: `"speed m/s"`, `"-rate rad/s"`,
 //! `"50 %"` or `"duty of 255"`, where 255 means the largest value that the body has.
 //!
 //! # Limits
@@ -79,15 +80,15 @@ use std::path::Path;
 use bittybuzz_toml_reader::file;
 use bittybuzz_vm_core::Parts;
 pub use bittybuzz_vm_core::hash::name_hash;
-pub use body::{BodySpec, DriveSpec};
+pub use body::{BodySpec, DriveSpec, Steering};
 pub use call::{accepted_lists, accepting, idle_result};
-pub use effect::{ActuatorQuantity, Amount, EffectAssignment, FunctionEffect};
+pub use effect::{ActuatorQuantity, Amount, EffectAssignment, FunctionEffect, SteeringVector};
 pub use error::{RobotError, RobotErrors, RobotFileCause};
 pub use generate::generate_rust;
 pub use layout::{Layout, Region};
 pub use link::Medium;
 pub use read::is_robot_name;
-pub use sensor::{Sensor, SensorKind, SensorReading, SensorValue};
+pub use sensor::{DistanceUnit, Sensor, SensorKind, SensorReading, SensorValue};
 pub use signature::{PARAMETERS_MAX, Parameter, SignatureType, parameter_at, takes_count};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 pub use value::{
@@ -326,6 +327,15 @@ impl Robot {
     /// Returns the function of that name.
     pub fn function(&self, name: &str) -> Option<&RobotFunction> {
         self.functions.iter().find(|function| function.name == name)
+    }
+
+    /// Returns the unit in which scripts get the distance of a neighbor.
+    pub fn neighbor_unit(&self) -> DistanceUnit {
+        let unit = |sensor: &Sensor| match sensor.kind {
+            SensorKind::RangeAndBearing { unit, .. } => Some(unit),
+            _ => None,
+        };
+        self.sensors.iter().find_map(unit).unwrap_or_default()
     }
 
     /// Returns the table of that name.

@@ -30,9 +30,9 @@ pub enum SensorKind {
     },
     /// Brightness of lamps and ambient light, 0 (dark) to 1023.
     Light {
-        /// The direction in which the sensor looks; with `None`, if left out, it is equally
-        /// sensitive in all directions.
-        direction_deg: Option<f64>,
+        /// Directions in which the sensor looks, with a value for each; with none, if left out, it
+        /// has one value and is equally sensitive in all directions.
+        directions_deg: Vec<f64>,
     },
     /// Brightness of the ground below the middle of the robot, 0 (black) to 1023 (white).
     Ground,
@@ -44,6 +44,8 @@ pub enum SensorKind {
         range_mm: f64,
         /// Standard deviation of a direction, in degrees; 0 if left out.
         bearing_noise_deg: f64,
+        /// The unit in which scripts get the `distance` of a neighbor; mm if left out.
+        unit: DistanceUnit,
     },
     /// Voltage of the battery in mV, which falls evenly from full to empty.
     /// Position in the world and heading, as a tracking system gives them.
@@ -62,15 +64,49 @@ pub enum SensorKind {
     },
 }
 
+/// A unit of distances.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum DistanceUnit {
+    #[default]
+    Millimeter,
+    Centimeter,
+    Meter,
+}
+
+impl DistanceUnit {
+    /// The words of robot files.
+    pub const WORDS: [(&str, DistanceUnit); 3] = [
+        ("mm", DistanceUnit::Millimeter),
+        ("cm", DistanceUnit::Centimeter),
+        ("m", DistanceUnit::Meter),
+    ];
+
+    /// Returns the word in robot files.
+    pub fn name(self) -> &'static str {
+        let word = DistanceUnit::WORDS.into_iter().find(|(_, unit)| *unit == self);
+        word.expect("every unit has a word").0
+    }
+
+    /// Returns the length of the unit in mm.
+    pub const fn mm(self) -> f64 {
+        match self {
+            DistanceUnit::Millimeter => 1.0,
+            DistanceUnit::Centimeter => 10.0,
+            DistanceUnit::Meter => 1000.0,
+        }
+    }
+}
+
 /// A value of a sensor that a function returns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SensorValue {
-    /// The only value of light, ground and battery.
+    /// The only value of light in one direction, ground and battery.
     Only,
-    /// The distance along a beam of a proximity sensor, by its number from 0.
+    /// The value of a beam of a proximity sensor, or of a direction of a light sensor, by its
+    /// number from 0.
     Beam(usize),
-    /// The distance along the beam whose number, from 0, is the only argument of the function. A
-    /// call with another number fails as out of range.
+    /// The value of the beam whose number, from 0, is the only argument of the function. A call
+    /// with another number fails as out of range.
     BeamOfArgument,
     /// Distance in mm to the nearest robot in range; the range if there is none.
     NearestDistance,
@@ -128,6 +164,15 @@ impl SensorValue {
 }
 
 impl SensorKind {
+    /// Returns the directions of a sensor whose values are numbered; empty for other sensors.
+    pub fn beams_deg(&self) -> &[f64] {
+        match self {
+            SensorKind::Proximity { directions_deg, .. } => directions_deg,
+            SensorKind::Light { directions_deg } if directions_deg.len() > 1 => directions_deg,
+            _ => &[],
+        }
+    }
+
     /// Returns the word in robot files.
     pub const fn name(&self) -> &'static str {
         match self {
@@ -143,12 +188,13 @@ impl SensorKind {
     /// Returns the values of the sensor.
     pub fn values(&self) -> Vec<SensorValue> {
         match self {
-            SensorKind::Proximity { directions_deg, .. } => {
-                (0..directions_deg.len()).map(SensorValue::Beam).collect()
+            kind if !kind.beams_deg().is_empty() => {
+                (0..kind.beams_deg().len()).map(SensorValue::Beam).collect()
             }
-            SensorKind::Light { .. } | SensorKind::Ground | SensorKind::Battery { .. } => {
-                vec![SensorValue::Only]
-            }
+            SensorKind::Proximity { .. }
+            | SensorKind::Light { .. }
+            | SensorKind::Ground
+            | SensorKind::Battery { .. } => vec![SensorValue::Only],
             SensorKind::RangeAndBearing { .. } => {
                 vec![SensorValue::NearestDistance, SensorValue::NearestBearing, SensorValue::Count]
             }

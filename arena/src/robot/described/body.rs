@@ -2,6 +2,7 @@
 
 use bittybuzz_robot_spec::{ActuatorQuantity, DriveSpec};
 
+use super::steering::{Turning, wheel_speeds};
 use crate::engine::{Body, Pose, Stream, TICK_S, wrap};
 
 /// Parameters of a described body.
@@ -24,6 +25,8 @@ pub struct Actuators {
     /// Radians per second, anticlockwise.
     turn: f32,
     climb: Climb,
+    /// The way in which the last vector turned the robot.
+    turning: Turning,
 }
 
 /// The vertical motion of a body that flies.
@@ -50,8 +53,22 @@ const HEIGHT_GAIN_1_S: f32 = 2.0;
 
 impl Actuators {
     /// At rest, with the ground as the target height.
-    pub const LANDING: Self =
-        Actuators { sides: [0.0; 2], along: [0.0; 2], turn: 0.0, climb: Climb::Height(0.0) };
+    pub const LANDING: Self = Actuators {
+        sides: [0.0; 2],
+        along: [0.0; 2],
+        turn: 0.0,
+        climb: Climb::Height(0.0),
+        turning: Turning::Straight,
+    };
+
+    /// Sets the wheels so that the robot drives along a vector in its own frame, ahead and to the
+    /// left in mm/s. Only drives with a rule for vectors do.
+    pub fn steer(&mut self, drive: DriveSpec, vector: [f64; 2]) {
+        let Some(rule) = drive.steering() else { return };
+        let [left, right] = wheel_speeds(&rule, &mut self.turning, vector);
+        self.set(drive, ActuatorQuantity::LeftWheel, left as f32);
+        self.set(drive, ActuatorQuantity::RightWheel, right as f32);
+    }
 
     /// Sets a quantity of motion in its unit. A value beyond the limit is replaced by the limit.
     pub fn set(&mut self, drive: DriveSpec, quantity: ActuatorQuantity, value: f32) {
@@ -160,7 +177,7 @@ impl Body for DescribedBody {
         let factor = |index: usize| self.gains[index] * self.noise[index];
         let [left, right] = [0, 1].map(|side| self.actuators.sides[side] * factor(side));
         match numbers.drive {
-            DriveSpec::Differential { wheel_distance_mm, speed_mm_s } => {
+            DriveSpec::Differential { wheel_distance_mm, speed_mm_s, .. } => {
                 let most = speed_mm_s as f32;
                 let [left, right] = [left, right].map(|speed| speed.clamp(-most, most));
                 let turn = (right - left) / wheel_distance_mm as f32;

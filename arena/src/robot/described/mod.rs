@@ -3,12 +3,13 @@
 
 mod body;
 mod sense;
+mod steering;
 
 use std::sync::Arc;
 
 use bittybuzz_robot_spec::{
-    self as spec, ActuatorQuantity, DriveSpec, Robot, RobotFunction, Sensor, SensorKind,
-    SignatureType,
+    self as spec, ActuatorQuantity, DriveSpec, Parameter, Robot, RobotFunction, Sensor, SensorKind,
+    SignatureType, SteeringVector,
 };
 
 use crate::engine::{
@@ -119,7 +120,7 @@ impl RobotModel for DescribedRobot {
     /// within reach.
     fn set_own_media(&self, media: &mut Media) {
         let link = self.sensors.iter().find_map(|sensor| match sensor.kind {
-            SensorKind::RangeAndBearing { range_mm, bearing_noise_deg } => {
+            SensorKind::RangeAndBearing { range_mm, bearing_noise_deg, .. } => {
                 Some((range_mm, sensor.noise, bearing_noise_deg))
             }
             _ => None,
@@ -137,6 +138,7 @@ impl RobotModel for DescribedRobot {
     fn effect(&self, function: &RobotFunction) -> Option<Effect> {
         let effect = function.effect.clone()?;
         let (drive, accepts) = (self.body.drive, function.accepts.clone());
+        let name = function.name.clone();
         let is_integer = function.returns == Some(SignatureType::Int);
         Some(Box::new(move |call| {
             let count = call.numbers.count();
@@ -146,8 +148,13 @@ impl RobotModel for DescribedRobot {
             for (quantity, value) in list.iter().flat_map(|list| effect.values(list, &arguments)) {
                 set(call, drive, quantity, value as f32);
             }
+            let steers = effect.steers.as_ref().zip(list);
+            if let Some(along) = steers.and_then(|(steers, list)| vector(steers, list, &arguments))
+            {
+                actuators(call).steer(drive, along);
+            }
             if effect.logs {
-                call.log(Vec::new());
+                log(call, &name, list);
             }
             match (&effect.fills, effect.reads) {
                 (Some(value), _) => sense::fill(call, value, is_integer),
@@ -163,6 +170,30 @@ impl RobotModel for DescribedRobot {
     }
 }
 
+/// Returns the vector that a call gives: ahead and to the left, in mm/s.
+fn vector(steers: &SteeringVector, list: &[Parameter], arguments: &[f64]) -> Option<[f64; 2]> {
+    let [first, second] = steers.amounts().map(|amount| amount.value(list, arguments));
+    let (first, second) = (first?, second?);
+    Some(match steers {
+        SteeringVector::Cartesian { .. } => [first, second],
+        SteeringVector::Polar { .. } => {
+            let (sin, cos) = libm::sincos(second.to_radians());
+            [first * cos, first * sin]
+        }
+    })
+}
+
+/// Logs a call. If the function takes any number of arguments, they are logged as `log` does; else
+/// the line is the call, because its arguments alone would not say what was called.
+fn log(call: &mut RobotCall<'_, '_>, name: &str, list: Option<&Vec<Parameter>>) {
+    let is_like_log = list.and_then(|list| list.last()).is_some_and(|last| last.is_repeated);
+    if is_like_log { call.log(Vec::new()) } else { call.log_call(name) }
+}
+
+fn actuators<'a>(call: &'a mut RobotCall<'_, '_>) -> &'a mut Actuators {
+    call.io.controls().expect("a described robot has a described body")
+}
+
 /// Sets a quantity of an actuator.
 fn set(call: &mut RobotCall<'_, '_>, drive: DriveSpec, quantity: ActuatorQuantity, value: f32) {
     let bit = match quantity {
@@ -174,9 +205,7 @@ fn set(call: &mut RobotCall<'_, '_>, drive: DriveSpec, quantity: ActuatorQuantit
         ActuatorQuantity::Green => 2,
         ActuatorQuantity::Blue => 4,
         _ => {
-            let actuators = call.io.controls::<Actuators>();
-            let actuators = actuators.expect("a described robot has a described body");
-            actuators.set(drive, quantity, value);
+            actuators(call).set(drive, quantity, value);
             return;
         }
     };

@@ -104,13 +104,18 @@ fn measure(sensor: &Sensor, radius_mm: f32, io: &Io<'_>, chance: &mut Stream) ->
             };
             directions_deg.iter().map(beam).collect()
         }
-        SensorKind::Light { direction_deg } => {
-            let along = direction_deg.map(|direction| (direction as f32).to_radians());
-            vec![noisy(io.sensors.brightness(along)).clamp(0.0, READING_MAX)]
+        SensorKind::Light { directions_deg } => {
+            let mut value =
+                |along: Option<f32>| noisy(io.sensors.brightness(along)).clamp(0.0, READING_MAX);
+            if directions_deg.is_empty() {
+                return vec![value(None)];
+            }
+            let along = |direction: &f64| Some((*direction as f32).to_radians());
+            directions_deg.iter().map(|direction| value(along(direction))).collect()
         }
         // The ground of every world is white.
         SensorKind::Ground => vec![noisy(READING_MAX).clamp(0.0, READING_MAX)],
-        SensorKind::RangeAndBearing { range_mm, bearing_noise_deg } => {
+        SensorKind::RangeAndBearing { range_mm, bearing_noise_deg, .. } => {
             let range_mm = *range_mm as f32;
             let (count, nearest) = io.sensors.neighbors(range_mm);
             let (distance, bearing) = nearest.map_or((range_mm, 0.0), |[distance, bearing]| {

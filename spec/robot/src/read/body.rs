@@ -6,20 +6,25 @@ use std::ops::RangeInclusive;
 use bittybuzz_toml_reader::TomlError;
 
 use super::{Entry, Section, given, one_line};
-use crate::body::{BodySpec, DriveSpec};
+use crate::body::{BodySpec, DriveSpec, Steering};
 use crate::error::RobotFileCause;
-use crate::sensor::{Sensor, SensorKind};
+use crate::sensor::{DistanceUnit, Sensor, SensorKind};
 use crate::signature;
 
 pub const BODY: &str = "[body]";
 pub const SENSOR: &str = "this [[sensor]]";
+pub const STEERING: &str = "[body.steering]";
+
+/// The keys of `[body.steering]`.
+pub const STEERING_KEYS: [&str; 4] =
+    ["hard_turn_deg", "soft_turn_deg", "no_turn_deg", "speed_mm_s"];
 
 /// The keys of `[body]` for every drive.
 const COMMON_BODY_KEYS: [&str; 5] = ["drive", "radius_mm", "height_mm", "gain_error", "noise"];
 
 /// The drives, and the additional keys of each.
 const DRIVES: [(&str, &[&str]); 4] = [
-    ("differential", &["wheel_distance_mm", "speed_mm_s"]),
+    ("differential", &["wheel_distance_mm", "speed_mm_s", "steering"]),
     ("unicycle", &["speed_mm_s", "turn_deg_s"]),
     ("slip-stick", &["speed_mm_s", "turn_deg_s"]),
     ("quadrotor", &["speed_mm_s", "climb_mm_s", "turn_deg_s", "lag_s", "crash_speed_mm_s"]),
@@ -31,9 +36,9 @@ const COMMON_SENSOR_KEYS: [&str; 4] = ["name", "kind", "noise", "rate_hz"];
 /// The kinds of sensors, and the additional keys of each.
 const SENSOR_KINDS: [(&str, &[&str]); 6] = [
     ("proximity", &["range_mm", "nothing", "direction_deg", "directions_deg", "count"]),
-    ("light", &["direction_deg"]),
+    ("light", &["direction_deg", "directions_deg", "count"]),
     ("ground", &[]),
-    ("range-and-bearing", &["range_mm", "bearing_noise_deg"]),
+    ("range-and-bearing", &["range_mm", "bearing_noise_deg", "unit"]),
     ("positioning", &["heading_noise_deg"]),
     ("battery", &["full_mv", "empty_mv", "minutes"]),
 ];
@@ -138,9 +143,12 @@ fn drive_of(section: &Section<'_>, word: &str) -> Option<DriveSpec> {
     let speed_mm_s = number(section, "speed_mm_s", SPEED);
     if word == "differential" {
         let wheel_distance_mm = number(section, "wheel_distance_mm", SIZE);
+        let steering = section.get("steering");
+        let steering = steering.map(|entry| steering_of(&entry.section(STEERING)?));
         return Some(DriveSpec::Differential {
             wheel_distance_mm: wheel_distance_mm?,
             speed_mm_s: speed_mm_s?,
+            steering: given(steering)?,
         });
     }
     let turn_deg_s = number(section, "turn_deg_s", TURN);
@@ -160,6 +168,22 @@ fn drive_of(section: &Section<'_>, word: &str) -> Option<DriveSpec> {
     Some(match word {
         "unicycle" => DriveSpec::Unicycle { speed_mm_s, turn_deg_s },
         _ => DriveSpec::SlipStick { speed_mm_s, turn_deg_s },
+    })
+}
+
+fn steering_of(section: &Section<'_>) -> Option<Steering> {
+    // A turn on the spot ends before it begins again, and a curve is wider than no turn.
+    let no_turn_deg = number(section, "no_turn_deg", 0.0..=180.0);
+    let least = no_turn_deg.unwrap_or(0.0);
+    let soft_turn_deg = number(section, "soft_turn_deg", least..=180.0);
+    let least = soft_turn_deg.unwrap_or(least).max(1.0);
+    let hard_turn_deg = number(section, "hard_turn_deg", least..=180.0);
+    let speed_mm_s = number(section, "speed_mm_s", SPEED);
+    Some(Steering {
+        hard_turn_deg: hard_turn_deg?,
+        soft_turn_deg: soft_turn_deg?,
+        no_turn_deg: no_turn_deg?,
+        speed_mm_s: speed_mm_s?,
     })
 }
 
@@ -215,15 +239,19 @@ fn sensor_kind(section: &Section<'_>, word: &str) -> Option<SensorKind> {
             })
         }
         "light" => {
-            let direction = section.get("direction_deg").map(|entry| entry.number(DIRECTION));
-            Some(SensorKind::Light { direction_deg: given(direction)? })
+            let has = |key| section.get(key).is_some();
+            let is_directed = ["direction_deg", "directions_deg", "count"].into_iter().any(has);
+            let directions_deg = if is_directed { beams(section)? } else { Vec::new() };
+            Some(SensorKind::Light { directions_deg })
         }
         "range-and-bearing" => {
             let range_mm = number(section, "range_mm", RANGE);
             let bearing_noise_deg = number_or(section, "bearing_noise_deg", 0.0..=180.0, 0.0);
+            let unit = section.get("unit").map(|entry| entry.word(&DistanceUnit::WORDS));
             Some(SensorKind::RangeAndBearing {
                 range_mm: range_mm?,
                 bearing_noise_deg: bearing_noise_deg?,
+                unit: given(unit)?.unwrap_or_default(),
             })
         }
         "positioning" => {
@@ -240,8 +268,8 @@ fn sensor_kind(section: &Section<'_>, word: &str) -> Option<SensorKind> {
     }
 }
 
-/// Reads the directions of the beams of a proximity sensor: a list, or a first direction and a
-/// number of evenly spaced beams.
+/// Reads the directions of the beams of a sensor: a list, or a first direction and a number of
+/// evenly spaced beams.
 fn beams(section: &Section<'_>) -> Option<Vec<f64>> {
     let Some(list) = section.get("directions_deg") else {
         let first = number_or(section, "direction_deg", DIRECTION, 0.0);

@@ -1,16 +1,24 @@
-//! Reads `sets`, `reads` and `logs` of a `[[function]]`.
+//! Reads `sets`, `steers`, `reads` and `logs` of a `[[function]]`.
+
+use bittybuzz_toml_reader::TomlError;
 
 use super::{Entry, Section, given};
 use crate::body::DriveSpec;
-use crate::effect::{ActuatorQuantity, Amount, EffectAssignment, FunctionEffect};
+use crate::effect::{
+    ActuatorQuantity, Amount, Dimension, EffectAssignment, FunctionEffect, SteeringVector,
+};
 use crate::error::RobotFileCause;
 use crate::sensor::{Sensor, SensorKind, SensorReading, SensorValue};
 use crate::{Parameter, RobotFunction, SignatureType};
 
 pub const SETS: &str = "`sets`";
+pub const STEERS: &str = "`steers`";
 
 /// The keys of effects.
-const EFFECT_KEYS: [&str; 3] = ["sets", "reads", "logs"];
+const EFFECT_KEYS: [&str; 4] = ["sets", "steers", "reads", "logs"];
+
+/// The keys of `steers`: the parts of a vector, or its length and direction.
+pub const STEERS_KEYS: [&str; 4] = ["forward", "leftward", "speed", "direction"];
 
 /// The sensors of the file, in its order. A sensor with a mistake, which is already reported, is
 /// `None`.
@@ -45,6 +53,13 @@ pub fn effect(
         let sets = entry.section(SETS)?;
         assignments(&sets, function, drive?)
     });
+    let steers = section.get("steers").map(|entry| {
+        if drive?.steering().is_none() {
+            entry.fail(RobotFileCause::NoSteering);
+            return None;
+        }
+        vector(&entry.section(STEERS)?, function)
+    });
     let logs = section.get("logs").map_or(Some(false), |entry| entry.boolean());
     let reads = section.get("reads").map(|entry| reading(&entry, function, sensors));
     if reads.is_none() && logs == Some(false) && function.returns.is_some() {
@@ -55,6 +70,7 @@ pub fn effect(
     }
     Some(FunctionEffect {
         sets: given(sets)?.unwrap_or_default(),
+        steers: given(steers)?,
         logs: logs?,
         reads: given(reads)?,
         fills: None,
@@ -71,7 +87,7 @@ fn assignments(
     for quantity in ActuatorQuantity::ALL {
         let Some(entry) = section.get(quantity.name()) else { continue };
         count += 1;
-        let amount = amount(&entry, quantity, function, drive);
+        let amount = quantity_amount(&entry, quantity, function, drive);
         match (amount, &mut assignments) {
             (Some(amount), Some(list)) => list.push(EffectAssignment { quantity, amount }),
             (None, _) => assignments = None,
@@ -83,25 +99,60 @@ fn assignments(
         section.fail(RobotFileCause::SetsNothing);
         return None;
     }
-    let is_set_by = |list: &Vec<Parameter>, assignment: &EffectAssignment| match &assignment.amount
-    {
-        Amount::Constant(_) => true,
-        Amount::Parameter { name, .. } => list.iter().any(|parameter| parameter.name == *name),
-    };
-    let idle = function
-        .accepts
-        .iter()
-        .find(|list| !assignments.iter().any(|assignment| is_set_by(list, assignment)));
-    if let Some(list) = idle {
-        let list: Vec<String> = list.iter().map(Parameter::to_string).collect();
-        section.fail(RobotFileCause::ListSetsNothing { list: list.join(", ") });
-        return None;
-    }
+    let is_set =
+        |list: &[Parameter]| assignments.iter().any(|assignment| assignment.amount.has_value(list));
+    all_lists(section, function, is_set)?;
     Some(assignments)
 }
 
-/// Reads a number, or a text such as `"speed"`, `"-rate rad/s"`, `"50 %"` and `"duty of 255"`.
-fn amount(
+/// Reports the first argument list of a function that has no effect.
+fn all_lists(
+    section: &Section<'_>,
+    function: &RobotFunction,
+    has_effect: impl Fn(&[Parameter]) -> bool,
+) -> Option<()> {
+    let Some(idle) = function.accepts.iter().find(|list| !has_effect(list)) else {
+        return Some(());
+    };
+    let list: Vec<String> = idle.iter().map(Parameter::to_string).collect();
+    section.fail(RobotFileCause::ListSetsNothing { list: list.join(", ") });
+    None
+}
+
+/// Reads `steers`.
+fn vector(section: &Section<'_>, function: &RobotFunction) -> Option<SteeringVector> {
+    let part = |key, dimension| {
+        amount(&section.required(key)?, Measure { key, dimension, most: None }, function)
+    };
+    let [forward, leftward, speed, direction] = STEERS_KEYS;
+    let vector = if section.get(speed).is_some() || section.get(direction).is_some() {
+        for key in [forward, leftward] {
+            if let Some(entry) = section.get(key) {
+                entry.fail(TomlError::Both { key, other: direction });
+            }
+        }
+        let (speed, direction) = (part(speed, Dimension::Speed), part(direction, Dimension::Angle));
+        SteeringVector::Polar { speed: speed?, direction: direction? }
+    } else {
+        let [forward, leftward] = [forward, leftward].map(|key| part(key, Dimension::Speed));
+        SteeringVector::Cartesian { forward: forward?, leftward: leftward? }
+    };
+    let is_whole = |list: &[Parameter]| vector.amounts().iter().all(|part| part.has_value(list));
+    all_lists(section, function, is_whole)?;
+    Some(vector)
+}
+
+/// A quantity that a value can be read for.
+struct Measure {
+    /// Its key in the file.
+    key: &'static str,
+    dimension: Dimension,
+    /// The largest value; `None` if it has no limit.
+    most: Option<f64>,
+}
+
+/// Reads the value of a quantity of the drive.
+fn quantity_amount(
     entry: &Entry<'_>,
     quantity: ActuatorQuantity,
     function: &RobotFunction,
@@ -116,13 +167,19 @@ fn amount(
         entry.fail(RobotFileCause::NotOfDrive { key, drive, known });
         return None;
     }
+    let (key, dimension, most) = (quantity.name(), quantity.dimension(), drive.most(quantity));
+    amount(entry, Measure { key, dimension, most }, function)
+}
+
+/// Reads a number, or a text such as `"speed"`, `"-rate rad/s"`, `"50 %"` and `"duty of 255"`.
+fn amount(entry: &Entry<'_>, measure: Measure, function: &RobotFunction) -> Option<Amount> {
     if entry.value.as_str().is_none() {
         return entry.number(f64::MIN..=f64::MAX).map(Amount::Constant);
     }
     let text = entry.string()?.trim();
     let is_in_word = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '+' | '-');
     let (word, unit) = text.split_at(text.find(|c| !is_in_word(c)).unwrap_or(text.len()));
-    let factor = factor(entry, unit.trim(), quantity, drive)?;
+    let factor = factor(entry, unit.trim(), measure)?;
     if let Some(number) = word.parse().ok().filter(|number: &f64| number.is_finite()) {
         return Some(Amount::Constant(number * factor));
     }
@@ -155,21 +212,16 @@ fn amount(
 
 /// Reads the text after a value: nothing, a unit, `%`, or `of` with the number that stands for the
 /// largest value.
-fn factor(
-    entry: &Entry<'_>,
-    unit: &str,
-    quantity: ActuatorQuantity,
-    drive: DriveSpec,
-) -> Option<f64> {
+fn factor(entry: &Entry<'_>, unit: &str, measure: Measure) -> Option<f64> {
     if unit.is_empty() {
         return Some(1.0);
     }
-    let dimension = quantity.dimension();
+    let Measure { key, dimension, most } = measure;
     let whole = match unit {
         "%" => Some(100.0),
         _ => unit.strip_prefix("of ").and_then(|whole| whole.trim().parse().ok()),
     };
-    if let (Some(whole), Some(most)) = (whole, drive.most(quantity))
+    if let (Some(whole), Some(most)) = (whole, most)
         && whole > 0.0
         && f64::is_finite(whole)
     {
@@ -178,14 +230,10 @@ fn factor(
     let found = dimension.units().iter().find(|(name, _)| *name == unit);
     if found.is_none() {
         let mut known: Vec<&str> = dimension.units().iter().map(|(name, _)| *name).collect();
-        if drive.most(quantity).is_some() {
+        if most.is_some() {
             known.extend(["%", "of NUMBER"]);
         }
-        entry.fail(RobotFileCause::UnknownUnit {
-            unit: unit.to_owned(),
-            key: quantity.name(),
-            known,
-        });
+        entry.fail(RobotFileCause::UnknownUnit { unit: unit.to_owned(), key, known });
     }
     found.map(|(_, factor)| *factor)
 }
@@ -213,8 +261,7 @@ fn reading(
         list.iter().map(|parameter| parameter.kind).eq(wanted.iter().copied())
     };
     if value == SensorValue::BeamOfArgument && !function.accepts.iter().all(takes) {
-        let SensorKind::Proximity { directions_deg, .. } = &sensor.kind else { return None };
-        let (sensor, count) = (sensor.name.clone(), directions_deg.len());
+        let (sensor, count) = (sensor.name.clone(), sensor.kind.beams_deg().len());
         entry.fail(RobotFileCause::WhichBeam { sensor, count, most: count - 1 });
         return None;
     }
@@ -254,27 +301,25 @@ fn sensor_value(
         entry.fail(RobotFileCause::UnknownSensorValue { sensor, value, known });
         None
     };
+    let count = sensor.kind.beams_deg().len();
     match &sensor.kind {
-        SensorKind::Proximity { directions_deg, .. } => {
-            let count = directions_deg.len();
-            match value {
-                None if count > 1 => Some(SensorValue::BeamOfArgument),
-                None if function.accepts.iter().any(|list| !list.is_empty()) => {
-                    Some(SensorValue::BeamOfArgument)
-                }
-                None => Some(SensorValue::Beam(0)),
-                Some(beam) => match beam.parse() {
-                    Ok(beam) if beam < count => Some(SensorValue::Beam(beam)),
-                    _ => unknown((0..count).map(|beam| beam.to_string()).collect()),
-                },
+        _ if count > 0 => match value {
+            None if count > 1 => Some(SensorValue::BeamOfArgument),
+            None if function.accepts.iter().any(|list| !list.is_empty()) => {
+                Some(SensorValue::BeamOfArgument)
             }
-        }
+            None => Some(SensorValue::Beam(0)),
+            Some(beam) => match beam.parse() {
+                Ok(beam) if beam < count => Some(SensorValue::Beam(beam)),
+                _ => unknown((0..count).map(|beam| beam.to_string()).collect()),
+            },
+        },
         SensorKind::RangeAndBearing { .. } | SensorKind::Positioning { .. } => {
             let values = sensor.kind.values();
             let found = values.iter().find(|known| Some(known.name().as_str()) == value);
             found.copied().or_else(|| unknown(values.iter().map(|known| known.name()).collect()))
         }
-        SensorKind::Light { .. } | SensorKind::Ground | SensorKind::Battery { .. } => match value {
+        _ => match value {
             None => Some(SensorValue::Only),
             Some(_) => unknown(Vec::new()),
         },

@@ -21,8 +21,8 @@ use crate::{
     Budget, Indicator, LONG_MAX, Medium, NumberProfile, OnFault, Robot, RobotFunction, SensorTable,
     Setting, VmSizes, name_hash,
 };
-use body::{BODY, SENSOR, SensorNames};
-use effect::SETS;
+use body::{BODY, SENSOR, STEERING, SensorNames};
+use effect::{SETS, STEERS};
 
 /// Words that a script cannot use as a name. `include` is a keyword only before a string, but would
 /// be confusing.
@@ -53,6 +53,8 @@ fn keys(section: &'static str) -> Vec<&'static str> {
         BODY => return body::body_keys(),
         SENSOR => return body::sensor_keys(),
         SETS => return effect::sets_keys(),
+        STEERING => &body::STEERING_KEYS,
+        STEERS => &effect::STEERS_KEYS,
         ROOT => &[
             "name",
             "title",
@@ -101,7 +103,9 @@ fn keys(section: &'static str) -> Vec<&'static str> {
             "settings",
         ],
         REGION => &["address", "size"],
-        FUNCTION => &["name", "accepts", "returns", "waits", "help", "sets", "reads", "logs"],
+        FUNCTION => {
+            &["name", "accepts", "returns", "waits", "help", "sets", "steers", "reads", "logs"]
+        }
         TABLE => &["name", "fields", "help"],
         SETTING => &["name", "least", "most", "help"],
         INDICATOR => &["shows", "means"],
@@ -114,7 +118,7 @@ fn keys(section: &'static str) -> Vec<&'static str> {
 /// The keys, words and quantities that describe a robot for the simulator.
 #[cfg(test)]
 pub fn simulator_keys() -> Vec<&'static str> {
-    let keys = [BODY, SENSOR, SETS, VALUE].into_iter().flat_map(keys);
+    let keys = [BODY, STEERING, SENSOR, SETS, STEERS, VALUE].into_iter().flat_map(keys);
     keys.chain(body::words()).collect()
 }
 

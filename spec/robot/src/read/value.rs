@@ -9,7 +9,7 @@ use super::{Entry, Names, Section, line};
 use crate::RobotFunction;
 use crate::effect::FunctionEffect;
 use crate::error::RobotFileCause;
-use crate::sensor::{Sensor, SensorKind, SensorReading, SensorValue, unit_factor};
+use crate::sensor::{Sensor, SensorReading, SensorValue, unit_factor};
 use crate::signature::{Parameter, SignatureType};
 use crate::value::{
     ELEMENTS_MAX, TableValue, ValueConstant, ValuePath, ValueReading, ValueScale, ValueSource,
@@ -219,8 +219,8 @@ fn reading(entry: &Entry<'_>, in_list: bool, sensors: &Sensors) -> Option<Readin
     };
     let (place, sensor, value) = find_sensor(entry, text, sensors)?;
     let (value, counts) = match (&sensor.kind, value) {
-        (SensorKind::Proximity { directions_deg, .. }, None) if in_list => {
-            (SensorValue::BeamOfArgument, Some(directions_deg.len()))
+        (kind, None) if in_list && !kind.beams_deg().is_empty() => {
+            (SensorValue::BeamOfArgument, Some(kind.beams_deg().len()))
         }
         (_, value) => (sensor_value(entry, sensor, value)?, None),
     };

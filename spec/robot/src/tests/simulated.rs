@@ -29,7 +29,8 @@ fn a_description_needs_no_sizes() {
 fn a_body_and_its_sensors_are_read() {
     let robot = right();
     let body = robot.body.unwrap();
-    let drive = DriveSpec::Differential { wheel_distance_mm: 60.0, speed_mm_s: 150.0 };
+    let drive =
+        DriveSpec::Differential { wheel_distance_mm: 60.0, speed_mm_s: 150.0, steering: None };
     assert_eq!((body.drive, body.radius_mm, body.height_mm), (drive, 40.0, 80.0));
     assert_eq!((body.gain_error, body.noise), (0.0, 0.05));
     let most_turn = drive.most(ActuatorQuantity::Turn).unwrap();
@@ -38,10 +39,28 @@ fn a_body_and_its_sensors_are_read() {
     let directions_deg = vec![0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
     let kind = SensorKind::Proximity { directions_deg, range_mm: 300.0, nothing: 300.0 };
     assert_eq!((&ring.kind, ring.noise, ring.rate_hz), (&kind, 5.0, None));
-    let link = SensorKind::RangeAndBearing { range_mm: 2000.0, bearing_noise_deg: 0.0 };
+    let unit = DistanceUnit::Millimeter;
+    let link = SensorKind::RangeAndBearing { range_mm: 2000.0, bearing_noise_deg: 0.0, unit };
     assert_eq!(radio.kind, link);
     let battery = SensorKind::Battery { full_mv: 4200.0, empty_mv: 3300.0, minutes: 30.0 };
     assert_eq!(cell.kind, battery);
+}
+
+#[test]
+fn neighbors_are_measured_in_the_unit_of_the_link() {
+    assert_eq!(right().neighbor_unit().name(), "mm");
+    for (unit, mm) in [("mm", 1.0), ("cm", 10.0), ("m", 1000.0)] {
+        let range = "range_mm = 2000";
+        let text = spoiled(RIGHT, range, &format!("{range}\nunit = \"{unit}\""));
+        let found = Robot::parse(&text, "rover.toml").unwrap().neighbor_unit();
+        assert_eq!((found.name(), found.mm()), (unit, mm));
+    }
+    let cases = [(
+        "range_mm = 2000",
+        "range_mm = 2000\nunit = \"km\"",
+        Expected("UnknownWord", 21, 8, "mm"),
+    )];
+    expect_errors(RIGHT, &cases);
 }
 
 #[test]
@@ -249,6 +268,111 @@ fn every_error_has_its_place() {
         ),
     ];
     expect_errors(RIGHT, &cases);
+}
+
+/// The rover with a rule for vectors, a function for each form of a vector, and a ring of light
+/// sensors.
+fn steered() -> String {
+    let rule = "\n[body.steering]\nno_turn_deg = 10\nsoft_turn_deg = 70\nhard_turn_deg = 90\nspeed_mm_s = 100\n";
+    let light = "[[sensor]]\nname = \"eyes\"\nkind = \"light\"\ndirection_deg = 45\ncount = 4\n\n";
+    let function = |name: &str, accepts: &str, effect: &str| {
+        format!(
+            "\n[[function]]\nname = \"{name}\"\naccepts = [\"{accepts}\"]\n{effect}\nhelp = \"a test\"\n"
+        )
+    };
+    let parts = "steers = { forward = \"x cm/s\", leftward = \"-y m/s\" }";
+    let polar = "steers = { speed = 80, direction = \"a rad\" }";
+    [
+        light.to_owned(),
+        function("toward", "x: number, y: number", parts),
+        function("turn", "a: number", polar),
+        function("bright", "eye: int", "returns = \"int\"\nreads = \"eyes\""),
+        function("left", "", "returns = \"int\"\nreads = \"eyes.1\""),
+        rule.to_owned(),
+    ]
+    .iter()
+    .fold(RIGHT.to_owned() + "\n", |text, part| text + part)
+}
+
+#[test]
+fn functions_steer_along_a_vector() {
+    let robot = Robot::parse(&steered(), "rover.toml").unwrap();
+    let rule =
+        Steering { hard_turn_deg: 90.0, soft_turn_deg: 70.0, no_turn_deg: 10.0, speed_mm_s: 100.0 };
+    assert_eq!(robot.body.as_ref().unwrap().drive.steering(), Some(rule));
+    let vector = |name: &str, arguments: &[f64]| {
+        let function = robot.function(name).unwrap();
+        let steers = function.effect.as_ref().unwrap().steers.as_ref().unwrap();
+        let parts = steers.amounts().map(|part| part.value(&function.accepts[0], arguments));
+        (parts.map(Option::unwrap), steers.to_string())
+    };
+    let toward = "forward = 10 * x mm/s, leftward = -1000 * y mm/s";
+    assert_eq!(vector("toward", &[3.0, 0.5]), ([30.0, -500.0], toward.to_owned()));
+    // Half a turn is 180 degrees.
+    let ([speed, direction], shown) = vector("turn", &[std::f64::consts::PI]);
+    assert_eq!((speed, direction.round()), (80.0, 180.0));
+    assert!(shown.starts_with("speed = 80 mm/s, direction = 57.29"), "{shown}");
+}
+
+#[test]
+fn light_in_several_directions_has_a_value_for_each() {
+    let robot = Robot::parse(&steered(), "rover.toml").unwrap();
+    let eyes = robot.sensors.iter().find(|sensor| sensor.name == "eyes").unwrap();
+    assert_eq!(eyes.kind.beams_deg(), [45.0, 135.0, 225.0, 315.0]);
+    let reads = |name: &str| robot.function(name).unwrap().effect.as_ref().unwrap().reads;
+    let values = ["bright", "left"].map(|name| reads(name).unwrap().value);
+    assert_eq!(values, [SensorValue::BeamOfArgument, SensorValue::Beam(1)]);
+}
+
+#[test]
+fn every_error_of_steering_has_its_place() {
+    let text = steered();
+    // The lines of the functions, and of the rule, follow those of the rover.
+    let line = |wanted: &str| text.lines().position(|line| line.contains(wanted)).unwrap() + 1;
+    let (parts, polar) = (line("forward = \"x"), line("direction = \"a"));
+    let (no, soft, hard) = (line("no_turn"), line("soft_turn"), line("hard_turn"));
+    let cases = [
+        ("no_turn_deg = 10\n", "", Expected("MissingKey", no - 1, 1, "has no `no_turn_deg`")),
+        (
+            "no_turn_deg = 10",
+            "no_turn_deg = 80",
+            Expected("OutOfRange", soft, 17, "from 80 to 180"),
+        ),
+        ("hard_turn_deg = 90", "hard_turn_deg = 60", Expected("OutOfRange", hard, 17, "from 70")),
+        (
+            "hard_turn_deg = 90",
+            "hard_turn_dg = 90",
+            Expected("UnknownKey", hard, 1, "did you mean `hard_turn_deg`?"),
+        ),
+        ("forward = \"x cm/s\", ", "", Expected("MissingKey", parts, 10, "no `forward`")),
+        (
+            "leftward = \"-y m/s\"",
+            "leftward = \"-y rad\"",
+            Expected("UnknownUnit", parts, 43, "one of mm/s, cm/s, m/s"),
+        ),
+        (
+            "forward = \"x cm/s\"",
+            "speed = 1, direction = 2",
+            Expected("Both", parts, 49, "`leftward` and `direction` cannot stand together"),
+        ),
+        ("speed = 80, ", "", Expected("MissingKey", polar, 10, "no `speed`")),
+        (
+            "accepts = [\"a: number\"]",
+            "accepts = [\"a: number\", \"\"]",
+            Expected("ListSetsNothing", polar, 10, "the arguments () sets nothing"),
+        ),
+        ("\"eyes.1\"", "\"eyes.4\"", Expected("UnknownSensorValue", line("eyes.1"), 9, "eyes.3")),
+    ];
+    expect_errors(&text, &cases);
+    let unruled = spoiled(&text, &text[text.find("\n[body.steering]").unwrap()..], "");
+    let errors = errors_of(&unruled);
+    assert_eq!(lines_of(&errors), [parts, polar], "{errors}");
+    assert!(errors.to_string().contains("`steers` has no meaning without a [body.steering]"));
+    let unicycle = text
+        .replacen("drive = \"differential\"", "drive = \"unicycle\"\nturn_deg_s = 90", 1)
+        .replacen("wheel_distance_mm = 60\n", "", 1);
+    let errors = errors_of(&unicycle).to_string();
+    assert!(errors.contains("\"unicycle\" has no `steering`"), "{errors}");
 }
 
 #[test]
