@@ -14,6 +14,7 @@ use super::group::{Group, Placement, World};
 use super::mistake::{Allowed, Mistake};
 use super::robots::RobotKinds;
 use super::script::ScriptFolders;
+use super::separate::separate;
 use super::spread::{self, Drawing};
 
 /// The sides of a world in mm.
@@ -64,16 +65,20 @@ pub fn read<'a>(
     };
     let (distributed, own): (Vec<_>, Vec<_>) =
         section.elements().partition(|element| element.name() == "distribute");
-    own.into_iter().for_each(|element| {
+    for element in own {
         arena.read(element);
-    });
+    }
     let mut drawing = Drawing::new(timing.as_ref().map_or(1, |timing| timing.seed));
-    // Obstacles avoid the robots that have given places.
+    // Drawn obstacles avoid the robots that have given places.
     let (fixed, robots): (Vec<_>, Vec<_>) =
         distributed.into_iter().partition(|element| spread::is_fixed(&arena, *element));
-    robots.into_iter().chain(fixed).for_each(|element| {
+    for element in robots {
         spread::read(&mut arena, element, &mut drawing);
-    });
+    }
+    separate(section, &mut arena, &mut drawing);
+    for element in fixed {
+        spread::read(&mut arena, element, &mut drawing);
+    }
     let timing = timing?;
     arena.controllers.omit_unused();
     number(section, &mut arena.groups);

@@ -20,6 +20,7 @@ mod obstacle;
 mod omission;
 mod robots;
 mod script;
+mod separate;
 mod spread;
 mod write;
 

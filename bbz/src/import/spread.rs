@@ -19,8 +19,8 @@ use super::robots::{RobotKind, buzz_id};
 pub const ROBOTS_MAX: u32 = 0x1_0000;
 pub const FIXED_MAX: u32 = 2000;
 
-/// The number of places that are tried for an obstacle, and the number of comparisons of an obstacle
-/// with another in a whole file, which bounds the time.
+/// The number of places that are tried for an obstacle, and the number of comparisons of two bodies
+/// for a whole file, which bounds the time.
 const TRIES_MAX: usize = 100;
 const CHECKS_MAX: usize = 20_000_000;
 
@@ -44,6 +44,13 @@ impl Drawing {
             robots: ROBOTS_MAX,
             fixed: FIXED_MAX,
         }
+    }
+
+    /// Takes comparisons of bodies from the limit. Returns false at its end.
+    pub fn check(&mut self, count: usize) -> bool {
+        let left = self.checks.checked_sub(count);
+        self.checks = left.unwrap_or(0);
+        left.is_some()
     }
 }
 
@@ -297,9 +304,9 @@ fn pose(spread: &Spread, number: u32, drawing: &mut Drawing) -> Pose {
 /// Returns true if a circle in the arena touches neither an obstacle nor a robot with a given place.
 fn is_free(arena: &Arena<'_>, at: [f64; 2], radius: f64, drawing: &mut Drawing) -> bool {
     let robots: usize = arena.groups.iter().map(|group| 1 + places(group).len()).sum();
-    let checks = arena.obstacles.len() + robots;
-    let Some(left) = drawing.checks.checked_sub(checks) else { return false };
-    drawing.checks = left;
+    if !drawing.check(arena.obstacles.len() + robots) {
+        return false;
+    }
     let is_inside = (0..2).all(|axis| 2.0 * at[axis].abs() <= arena.size[axis]);
     let is_beside = |obstacle: &Obstacle| obstacle.gap(at) >= radius;
     let is_apart = |group: &Group| {

@@ -255,13 +255,13 @@ fn all_mistakes_are_found_at_once() {
     assert_eq!(places, ["6", "15", "16", "16", "16", "17", "17"], "{stderr}");
 }
 
-/// The scenario is loaded, so its mistakes appear at once: these robots overlap.
+/// The scenario is loaded, so its mistakes appear at once: no robot makes 7 steps per second.
 #[test]
 fn a_scenario_that_would_be_refused_is_reported() {
-    let entities = foot_bot("fb0", "0,0,0") + &foot_bot("fb1", "0.1,0,0");
-    let folder = folder("import_overlap", &entities);
-    let outcome = folder.bbz(&["import", "field.argos", "-o", "field.toml", "--robot", ROBOT]);
-    outcome.fails_with(2, &["robot 0 at (0, 0) and robot 1 at (100, 0) overlap", "field.toml:"]);
+    let folder = folder("import_loaded", &foot_bot("fb0", "0,0,0"));
+    folder.write("odd.toml", super::ROVER.replace("\n\n[body]", "\ntick_hz = 7\n\n[body]"));
+    let to = ["import", "field.argos", "-o", "field.toml", "--robot", "foot-bot=odd.toml"];
+    folder.bbz(&to).fails_with(2, &["its file asks for 7 steps per second", "field.toml:"]);
     assert_eq!(folder.bbz(&["sim", "field.toml"]).status, Some(2));
 }
 

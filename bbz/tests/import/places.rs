@@ -227,6 +227,28 @@ fn a_world_has_room_for_all() {
     assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
 }
 
+/// Bodies with a radius of 85 mm are 170 mm apart at least. The nearest free places are those in whole
+/// halves of the radius: 42.5, 85, 127.5, 170 mm along x.
+#[test]
+fn robots_in_each_other_are_moved_apart() {
+    let entities = foot_bot("fb0", "0,0,0")
+        + &foot_bot("fb1", "0.1,0,0")
+        + &foot_bot("fb2", "1,0.5,0")
+        + r#"<box id="b" size="0.2,0.2,0.5" movable="false"><body position="1,0.5,0"/></box>"#;
+    let outcome = import(&folder("import_apart", &entities));
+    // 100 + 2 * 42.5 mm, and 1000 + 185 mm: 5 * 42.5 is the first multiple above.
+    let places = "positions = [[0, 0], [185, 0], [1212.5, 500]]\n";
+    assert!(outcome.stdout.contains(places), "{}", outcome.stdout);
+    outcome.reports(&[
+        "field.argos:15: start places in other robots or in obstacles; `positions` has",
+    ]);
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    // As many robots at one place as an experiment whose loop functions place them.
+    let heap: String = (0..300).map(|number| foot_bot(&format!("fb{number}"), "0,0,0")).collect();
+    let outcome = import(&folder("import_heap", &heap));
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+}
+
 /// Drawn obstacles stand in their area, apart from each other, from other obstacles and from robots,
 /// and a second import gives the same places.
 #[test]
