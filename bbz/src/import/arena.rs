@@ -1,7 +1,7 @@
 //! `<arena>`: robots, obstacles and lamps that the experiment places itself.
 
 use super::controllers::Controllers;
-use super::document::Element;
+use super::document::{Element, shown};
 use super::group::{Group, Heading, Lamp, Link, Placement};
 use super::mistake::{Allowed, Mistake};
 use super::obstacle::{Obstacle, Shape};
@@ -72,7 +72,7 @@ impl<'a> Arena<'a> {
                 let at = element.vector_or_zero("position");
                 let shines = shines(element)?;
                 let at = self.place(element, at?)?;
-                self.lamps.push(Lamp { name: id(element).to_owned(), at, shines });
+                self.lamps.push(Lamp { name: id(element), at, shines });
             }
             Entity::Robot(kind) => self.robot(element, kind)?,
             Entity::Other => omit_other(element),
@@ -110,7 +110,7 @@ impl<'a> Arena<'a> {
 
     /// Returns a group of these robots without places.
     pub fn group(&self, element: Element<'a>, kind: &RobotKind) -> Option<Group> {
-        let name = element.required_text("id");
+        let name = element.required_name("id");
         let program = self.controllers.program(element);
         let attribute = if kind.is_kilobot { "communication_range" } else { "rab_range" };
         let range = element.number_or(attribute, Allowed::NotNegative, -1.0);
@@ -185,8 +185,8 @@ fn is_continued(last: &Group, next: &Group) -> bool {
 }
 
 /// Returns the id of an entity for comments.
-pub fn id(element: Element<'_>) -> &str {
-    element.text("id").unwrap_or_else(|| element.name())
+pub fn id(element: Element<'_>) -> String {
+    shown(element.text("id").unwrap_or_else(|| element.name()))
 }
 
 /// Rounds a length to micrometers: products such as 1.255 * 1000 are not exact.
@@ -246,7 +246,7 @@ pub fn shape(element: Element<'_>) -> Option<(Shape, f64)> {
 /// Returns the obstacle that stands on the ground; `None` if it does not.
 pub fn stand(
     element: Element<'_>,
-    name: &str,
+    name: String,
     (shape, height): (Shape, f64),
     at: [f64; 2],
     pose: Pose,
@@ -263,7 +263,7 @@ pub fn stand(
         return None;
     }
     Some(Obstacle {
-        name: name.to_owned(),
+        name,
         at,
         shape: shape.turned(pose.orientation[0]),
         height: mm(top * 1000.0).clamp(LENGTH_MIN, SIDE_MAX),

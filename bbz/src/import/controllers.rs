@@ -23,6 +23,10 @@ const TURNING: [(&str, f64); 4] = [
     ("max_speed", 10.0),
 ];
 
+/// The largest number and length of names that a misspelled name is compared with.
+const KNOWN_MAX: usize = 100;
+const KNOWN_BYTES_MAX: usize = 60;
+
 /// The largest number of parameters that the list names.
 const PARAMETERS_MAX: usize = 12;
 
@@ -50,16 +54,17 @@ impl<'a> Controllers<'a> {
     pub fn read(root: Element<'a>, folders: &'a ScriptFolders) -> Self {
         let elements = root.first("controllers").into_iter().flat_map(Element::elements);
         let elements =
-            elements.filter_map(|element| Some((element.required_text("id")?, element))).collect();
+            elements.filter_map(|element| Some((element.required_name("id")?, element))).collect();
         Controllers { elements, folders, programs: RefCell::default(), used: RefCell::default() }
     }
 
     /// Returns the program of a robot; `None` after a mistake.
     pub fn program(&self, robot: Element<'a>) -> Option<Program> {
         let reference = robot.required("controller")?;
-        let name = reference.required_text("config")?;
+        let name = reference.required_name("config")?;
         let Some(controller) = self.elements.get(name) else {
-            let known = self.elements.keys().map(|name| (*name).to_owned()).collect();
+            let known = self.elements.keys().filter(|name| name.len() <= KNOWN_BYTES_MAX);
+            let known = known.take(KNOWN_MAX).map(|name| (*name).to_owned()).collect();
             let mistake = Mistake::NoController { name: name.to_owned(), known };
             reference.fail_at("config", mistake);
             return None;
@@ -81,7 +86,8 @@ impl<'a> Controllers<'a> {
     pub fn omit_unused(&self) {
         let used = self.used.borrow();
         for (name, controller) in self.elements.iter().filter(|(name, _)| !used.contains(*name)) {
-            let bytecode = controller.all("params").find_map(|params| params.text("bytecode_file"));
+            let bytecode =
+                controller.all("params").find_map(|params| params.name_in("bytecode_file"));
             let script = bytecode.map(|bytecode| self.folders.script_of(bytecode).text);
             controller.omit(
                 format!("controller `{name}`, which no imported robot has"),
@@ -102,7 +108,7 @@ impl<'a> Controllers<'a> {
         params: Option<Element<'a>>,
     ) -> Option<Program> {
         let kind = controller.name();
-        let bytecode = params.and_then(|params| params.text("bytecode_file"));
+        let bytecode = params.and_then(|params| params.name_in("bytecode_file"));
         let is_buzz = bytecode.is_some() || kind.contains("buzz");
         let script = match bytecode.filter(|path| !path.trim().is_empty()) {
             Some(bytecode) => {

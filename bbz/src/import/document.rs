@@ -16,6 +16,12 @@ use super::omission::Omissions;
 /// The largest number of mistakes that are kept.
 const MISTAKES_MAX: usize = 100;
 
+/// The longest name of a thing and the longest path, in bytes.
+const NAME_BYTES_MAX: usize = 1000;
+
+/// The longest text that a message repeats, in characters.
+const SHOWN_MAX: usize = 60;
+
 /// A file with the mistakes and omissions that were found in it.
 pub struct Reader<'a> {
     source: SourceText<'a>,
@@ -168,6 +174,21 @@ impl<'a> Element<'a> {
         self.node.attributes().map(|attribute| (attribute.name(), attribute.value()))
     }
 
+    /// Returns an attribute that other parts of the file repeat, so that its length is limited.
+    pub fn name_in(self, attribute: &'static str) -> Option<&'a str> {
+        let text = self.text(attribute)?;
+        if text.len() > NAME_BYTES_MAX {
+            self.fail_at(attribute, Mistake::TooLong { attribute, most: NAME_BYTES_MAX });
+            return None;
+        }
+        Some(text)
+    }
+
+    pub fn required_name(self, attribute: &'static str) -> Option<&'a str> {
+        self.required_text(attribute)?;
+        self.name_in(attribute)
+    }
+
     /// Returns an attribute that ARGoS requires.
     pub fn required_text(self, attribute: &'static str) -> Option<&'a str> {
         let text = self.text(attribute);
@@ -238,7 +259,7 @@ impl<'a> Element<'a> {
     fn leading_number<'t>(self, attribute: &'static str, text: &'t str) -> Option<(f64, &'t str)> {
         let found = leading_number(text).filter(|(number, _)| number.is_finite());
         if found.is_none() {
-            self.fail_at(attribute, Mistake::NoNumber { attribute, text: text.trim().to_owned() });
+            self.fail_at(attribute, Mistake::NoNumber { attribute, text: shown(text.trim()) });
         }
         found
     }
@@ -257,6 +278,14 @@ impl<'a> Element<'a> {
             format!("`{attribute}` is \"{text}\", of which ARGoS reads {read}"),
             "the same is read here; correct the text",
         );
+    }
+}
+
+/// Returns the beginning of a text, for a message.
+pub fn shown(text: &str) -> String {
+    match text.char_indices().nth(SHOWN_MAX) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
     }
 }
 

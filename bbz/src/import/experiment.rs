@@ -9,13 +9,13 @@ use crate::world;
 
 use super::arena::{Arena, mm};
 use super::controllers::Controllers;
+use super::distribute::{self, Drawing};
 use super::document::Element;
 use super::group::{Group, Placement, World};
 use super::mistake::{Allowed, Mistake};
 use super::robots::RobotKinds;
 use super::script::ScriptFolders;
 use super::separate::separate;
-use super::spread::{self, Drawing};
 
 /// The sides of a world in mm.
 const SIDE: std::ops::RangeInclusive<f64> = 10.0..=1e6;
@@ -71,13 +71,13 @@ pub fn read<'a>(
     let mut drawing = Drawing::new(timing.as_ref().map_or(1, |timing| timing.seed));
     // Drawn obstacles avoid the robots that have given places.
     let (fixed, robots): (Vec<_>, Vec<_>) =
-        distributed.into_iter().partition(|element| spread::is_fixed(&arena, *element));
+        distributed.into_iter().partition(|element| distribute::is_fixed(&arena, *element));
     for element in robots {
-        spread::read(&mut arena, element, &mut drawing);
+        distribute::read(&mut arena, element, &mut drawing);
     }
     separate(section, &mut arena, &mut drawing);
     for element in fixed {
-        spread::read(&mut arena, element, &mut drawing);
+        distribute::read(&mut arena, element, &mut drawing);
     }
     let timing = timing?;
     arena.controllers.omit_unused();

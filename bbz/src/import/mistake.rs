@@ -3,7 +3,7 @@
 use bittybuzz_toml_reader::{number_text, one_of};
 use roxmltree::Error as XmlError;
 
-use super::spread::{FIXED_MAX, ROBOTS_MAX};
+use super::distribute::{FIXED_MAX, ROBOTS_MAX};
 
 /// The numbers that an attribute may have.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +46,8 @@ pub enum Mistake {
     NoAttribute { element: String, attribute: &'static str },
     #[error("`{attribute}` needs a number, not \"{text}\"")]
     NoNumber { attribute: &'static str, text: String },
+    #[error("`{attribute}` is too long")]
+    TooLong { attribute: &'static str, most: usize },
     #[error("`{attribute}` has too few numbers: {found} instead of 3")]
     TooFew { attribute: &'static str, found: usize },
     #[error("`{attribute}` cannot be {}", number_text(*number))]
@@ -111,6 +113,7 @@ impl Mistake {
             Mistake::NoNumber { .. } => {
                 "write a number such as 0.5; a template needs its values first".to_owned()
             }
+            Mistake::TooLong { most, .. } => format!("at most {most} bytes"),
             Mistake::TooFew { .. } => "write x, y and z as in \"2,0.5,0\"".to_owned(),
             Mistake::OutOfRange { allowed, .. } => match allowed {
                 Allowed::Any => "a number".to_owned(),

@@ -13,6 +13,7 @@ mod controllers;
 mod distribute;
 mod document;
 mod experiment;
+mod generator;
 mod group;
 mod load;
 mod mistake;
@@ -21,7 +22,6 @@ mod omission;
 mod robots;
 mod script;
 mod separate;
-mod spread;
 mod write;
 
 use std::path::{Path, PathBuf};

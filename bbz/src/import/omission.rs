@@ -7,6 +7,9 @@ use std::fmt::Write;
 const ENTRIES_MAX: usize = 100;
 const LINES_MAX: usize = 5;
 
+/// The longest text in characters.
+const TEXT_MAX: usize = 500;
+
 /// The entries of a file. Those that differ only in their line are one entry.
 #[derive(Debug, Default)]
 pub struct Omissions {
@@ -24,9 +27,10 @@ struct Omission {
 }
 
 impl Omissions {
-    /// Adds an entry. Control characters, which an attribute may contain, do not reach the list.
+    /// Adds an entry. Control characters, which an attribute may contain, do not reach the list, and
+    /// long texts end with dots.
     pub fn add(&mut self, line: usize, text: String, cure: String) {
-        let [text, cure] = [text, cure].map(|text| text.replace(char::is_control, "?"));
+        let [text, cure] = [text, cure].map(printable);
         let is_full = self.entries.len() >= ENTRIES_MAX;
         let is_same = |entry: &&mut Omission| entry.text == text && entry.cure == cure;
         if let Some(entry) = self.entries.iter_mut().find(is_same) {
@@ -68,6 +72,14 @@ impl Omissions {
             further => lines.push(format!("{further} more are not shown")),
         }
         lines
+    }
+}
+
+fn printable(text: String) -> String {
+    let text = text.replace(char::is_control, "?");
+    match text.char_indices().nth(TEXT_MAX) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
     }
 }
 

@@ -6,10 +6,10 @@
 use std::collections::HashMap;
 
 use super::arena::{Arena, mm};
+use super::distribute::Drawing;
 use super::document::Element;
 use super::group::Placement;
 use super::obstacle::Obstacle;
-use super::spread::Drawing;
 
 /// The overlap in mm that the simulator tolerates.
 const SLACK: f64 = 0.05;

@@ -107,6 +107,10 @@ fn mistakes_of_an_experiment_have_a_place_and_a_cure() {
             ["<foot-bot> has no `id`", "field.argos:15:1", "add id="],
         ),
         (
+            bot.replace("fb0", &"fb".repeat(501)),
+            ["`id` is too long", "field.argos:15:", "at most 1000 bytes"],
+        ),
+        (
             bot.replacen('>', " rab_range=\"-3\">", 1),
             ["`rab_range` cannot be -3", "field.argos:15:", "a number from 0 on"],
         ),
@@ -297,6 +301,17 @@ fn hostile_files_end_in_time() {
     // Mistakes in each of many entities.
     let outcome = import(&(bot.clone() + &"<box/>\n".repeat(100_000)));
     assert_eq!((outcome.status, outcome.stderr.matches("error:").count()), (Some(2), 100));
+    // Long names in many places.
+    let (long, longest) = ("n".repeat(1000), "n".repeat(1_000_000));
+    let named = "<distribute><position method=\"uniform\" min=\"-1,-1,0\" max=\"1,1,0\"/><orientation method=\"constant\" values=\"0,0,0\"/><entity quantity=\"";
+    let things = format!(
+        "{named}60000\"><foot-bot id=\"{long}\"><controller config=\"walk\"/></foot-bot></entity></distribute>\
+         {named}2000\"><light id=\"{longest}\"/></entity></distribute>\
+         <{longest}/><foot-bot id=\"fb0\"><body position=\"{longest}\"/><controller config=\"{long}\"/></foot-bot>"
+    );
+    let outcome = import(&things);
+    assert_eq!(outcome.status, Some(2), "{}", outcome.stderr);
+    assert!(outcome.stderr.len() < 10_000, "{}", outcome.stderr.len());
     // Robots each of which is a group.
     let groups: String = (0..10_000)
         .map(|number| {
