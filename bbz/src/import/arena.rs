@@ -113,7 +113,7 @@ impl<'a> Arena<'a> {
         let name = element.required_name("id");
         let program = self.controllers.program(element);
         let attribute = if kind.is_kilobot { "communication_range" } else { "rab_range" };
-        let range = element.number_or(attribute, Allowed::NotNegative, -1.0);
+        let range = element.optional_number(attribute, Allowed::NotNegative);
         if let Some(size) = element.text("rab_data_size") {
             element.omit(
                 format!("`rab_data_size` = {size} bytes in each step"),
@@ -136,7 +136,7 @@ impl<'a> Arena<'a> {
         // The attribute is a distance between the middles; the range of infrared light is one between
         // the rims.
         let rims = if kind.is_kilobot { 2.0 * kind.radius_mm() } else { 0.0 };
-        let range = (range >= 0.0).then(|| mm(range * 1000.0 - rims).clamp(LENGTH_MIN, RANGE_MAX));
+        let range = range.map(|range| mm(range * 1000.0 - rims).clamp(LENGTH_MIN, RANGE_MAX));
         let loss = if kind.is_kilobot { self.kilobot_loss } else { program.loss };
         Some(Group {
             name: name?.to_owned(),

@@ -179,7 +179,7 @@ fn loss(controller: Element<'_>) -> Option<Option<f64>> {
     let Some(sensor) = sensor else { return Some(None) };
     let names = ["packet_drop_prob", "loss_probability"];
     match names.into_iter().find(|name| sensor.text(name).is_some()) {
-        Some(name) => sensor.number(name, Allowed::Share).map(Some),
+        Some(name) => sensor.optional_number(name, Allowed::Share),
         None => Some(None),
     }
 }

@@ -210,9 +210,15 @@ impl<'a> Element<'a> {
 
     /// Returns the number of an attribute, or `default` without the attribute; `None` after a mistake.
     pub fn number_or(self, attribute: &'static str, allowed: Allowed, default: f64) -> Option<f64> {
+        self.optional_number(attribute, allowed).map(|number| number.unwrap_or(default))
+    }
+
+    /// Returns the number of an attribute, or `Some(None)` without the attribute; `None` after a
+    /// mistake.
+    pub fn optional_number(self, attribute: &'static str, allowed: Allowed) -> Option<Option<f64>> {
         match self.text(attribute) {
-            Some(_) => self.number(attribute, allowed),
-            None => Some(default),
+            Some(_) => self.number(attribute, allowed).map(Some),
+            None => Some(None),
         }
     }
 

@@ -163,9 +163,7 @@ fn media(root: Element<'_>) -> Option<Option<f64>> {
         match medium.name() {
             "range_and_bearing" | "led" => {}
             "kilobot_communication" => {
-                let none = medium.text("message_drop_prob").is_none();
-                let share = medium.number("message_drop_prob", Allowed::Share);
-                loss = if none { loss } else { share.map(Some) };
+                loss = medium.optional_number("message_drop_prob", Allowed::Share);
             }
             name => medium.omit(format!("the medium <{name}>"), "no robot has it here"),
         }
