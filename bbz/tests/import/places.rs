@@ -62,6 +62,20 @@ fn the_center_of_the_arena_becomes_the_origin() {
     assert!(run.stdout.contains("1 robots, 12.5 s, seed 3"), "{}", run.stdout);
 }
 
+/// Half a turn leaves a box as it is: 211.3 degrees are 31.3.
+#[test]
+fn turned_boxes_have_a_heading() {
+    for orientation in ["31.3", "211.3", "-148.7"] {
+        let entities = foot_bot("fb0", "-1,0,0")
+            + "<box id=\"b\" size=\"0.4,0.2,0.5\" movable=\"false\"><body position=\"1,0,0\" orientation=\""
+            + orientation
+            + ",0,0\"/></box>";
+        let outcome = import(&folder("import_turned", &entities));
+        let line = "    { at = [1000, 0], size = [400, 200], heading = 31.3, height = 500 }, # b\n";
+        assert!(outcome.stdout.contains(line), "{}", outcome.stdout);
+    }
+}
+
 /// The first robot of a grid stands at the greatest x and y, and x changes first.
 #[test]
 fn the_methods_of_distribute() {
