@@ -75,7 +75,8 @@ fn likely_file(path: &Path) -> Option<PathBuf> {
     // The error is about another file: names that cannot be read are only not suggested.
     let names = searched.read_dir().ok()?.flatten().filter_map(|entry| {
         let name = entry.file_name().into_string().ok()?;
-        ([".bzz", ".bo", ".bbi", ".toml"].iter().any(|end| name.ends_with(end))).then_some(name)
+        ([".bzz", ".bo", ".bbi", ".toml", ".argos"].iter().any(|end| name.ends_with(end)))
+            .then_some(name)
     });
     let scored = names.map(|name| (strsim::jaro_winkler(wanted, &name), name));
     let best = scored.max_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -29,6 +29,7 @@ mod grade;
 mod guide;
 mod hex;
 mod host;
+mod import;
 mod instruction;
 mod interrupt;
 mod isp;
@@ -72,6 +73,7 @@ Examples:
   bbz build hello.bzz --robot kilobot    make the image that the robot runs
   bbz sim swarm.toml                     simulate the robots of a scenario
   bbz sim hello.bzz --robot kilobot --count 20    or of a script without one
+  bbz import field.argos -o field.toml   write a scenario for an experiment of ARGoS
   bbz flash hello.bzz --robot crazyflie  write it to the robot
   bbz trace robot.elf --robot crazyflie --script hello.bzz    print its log and errors
   bbz robots kilobot                     list what a script can call on a robot
@@ -114,6 +116,8 @@ enum Command {
     Robots(robots::RobotsArguments),
     /// Write a robot file for the robot functions that a script calls
     Stubs(stubs::StubsArguments),
+    /// Write a scenario for an experiment of ARGoS
+    Import(import::ImportArguments),
     /// Explain the code of a message
     Explain(explain::ExplainArguments),
     /// Print the language, all functions and the commands as one page
@@ -158,6 +162,7 @@ fn execute(command: &Command) -> Result<ExitStatus, Box<dyn Problem>> {
         Command::Disasm(arguments) => disasm::execute(arguments),
         Command::Robots(arguments) => robots::execute(arguments),
         Command::Stubs(arguments) => stubs::execute(arguments),
+        Command::Import(arguments) => import::execute(arguments),
         Command::Explain(arguments) => explain::execute(arguments),
         Command::Guide(arguments) => guide::execute(arguments, CommandLine::command()),
         Command::Completions(arguments) => {

@@ -70,7 +70,8 @@ pub fn is_simulated(robot: &Robot) -> bool {
     body_radius_mm(robot).is_some()
 }
 
-fn body_radius_mm(robot: &Robot) -> Option<f64> {
+/// Returns the radius of the robot's body in mm; `None` if the simulator has no body for it.
+pub fn body_radius_mm(robot: &Robot) -> Option<f64> {
     let models = bittybuzz_robot_models::all();
     let model = models.iter().find(|model| model.robots().contains(&robot.name.as_str()));
     let of_model = model.map(|model| f64::from(model.shape().radius_mm));
@@ -95,7 +96,7 @@ pub fn reference(robot: &str, folder: &Path) -> io::Result<String> {
 }
 
 /// Returns a string of TOML.
-fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     let escape = |c: char| match c {
         '"' | '\\' => format!("\\{c}"),
         c if c.is_control() => format!("\\u{:04x}", u32::from(c)),

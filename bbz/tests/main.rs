@@ -14,6 +14,7 @@ mod flash;
 mod flash_kilobot;
 mod grade;
 mod guide;
+mod import;
 mod interrupt;
 mod new;
 mod object;

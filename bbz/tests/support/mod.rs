@@ -1,6 +1,7 @@
 //! Runs `bbz` on scripts in a folder that belongs to the test.
 
 pub mod elf;
+pub mod page;
 pub mod probe_rs;
 pub mod robot;
 pub mod stk500;
