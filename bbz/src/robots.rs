@@ -135,7 +135,10 @@ fn sensor_text(sensor: &Sensor) -> String {
         SensorKind::Battery { full_mv, empty_mv, minutes } => {
             format!(", {full_mv} to {empty_mv} mV in {minutes} minutes")
         }
-        SensorKind::Light { .. } | SensorKind::Ground => ", 0 to 1023".to_owned(),
+        SensorKind::Ground { at_mm: [ahead, left] } if (*ahead, *left) != (0.0, 0.0) => {
+            format!(" at [{ahead}, {left}] mm, 0 to 1023")
+        }
+        SensorKind::Light { .. } | SensorKind::Ground { .. } => ", 0 to 1023".to_owned(),
     };
     format!("sensor {}: {kind}{limits}", sensor.name)
 }

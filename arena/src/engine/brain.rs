@@ -9,6 +9,7 @@ use super::herd::{Herd, HerdId};
 use super::id::RobotId;
 use super::light::{self, Lamp};
 use super::link::{DeliveredFrame, FrameSighting, Late, Medium, SentFrame, Transmission};
+use super::paint::WHITE;
 use super::ranger::Sight;
 use super::ray::{Ray, Side};
 
@@ -171,6 +172,8 @@ pub struct Sensors<'a> {
     pub(crate) estimate: Option<&'a Pose>,
     pub(crate) ambient: f32,
     pub(crate) lights: &'a [Lamp],
+    /// The values of the robot's ground sensors; empty in a world without an environment.
+    pub(crate) ground: &'a [f32],
 }
 
 impl Sensors<'_> {
@@ -223,6 +226,13 @@ impl Sensors<'_> {
         let world_direction_rad =
             direction_rad.map(|direction_rad| self.pose.heading + direction_rad);
         light::brightness(self.pose, world_direction_rad, self.ambient, self.lights)
+    }
+
+    /// Returns the brightness of the ground below a ground sensor of the robot's model, 0 (black) to
+    /// 1 (white).
+    #[must_use]
+    pub fn ground(&self, sensor: usize) -> f32 {
+        self.ground.get(sensor).copied().unwrap_or(WHITE)
     }
 
     /// Returns the reading of the light sensor, 0 (dark) to 1023.

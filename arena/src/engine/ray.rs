@@ -1,6 +1,6 @@
 //! Lines of sight.
 
-use super::geometry::{Area, Pose};
+use super::geometry::{Area, Pose, turned_back};
 use super::obstacle::Obstacle;
 
 /// The direction of a range finder of the Multi-ranger deck.
@@ -81,7 +81,32 @@ impl Ray {
                 let moved = Ray { x: self.x - x, y: self.y - y, ..self };
                 if area.contains(moved.x, moved.y) { Some(0.0) } else { moved.to_rim(area) }
             }
+            Obstacle::TurnedBox { x, y, width, height, along } => {
+                let (here_x, here_y) = turned_back((self.x - x, self.y - y), along);
+                let ray = Ray { x: here_x, y: here_y, along: turned_back(self.along, along) };
+                ray.to_box(Area { width, height })
+            }
         }
+    }
+
+    /// Returns the distance to a rectangle around the origin: 0 from a point inside, `None` if the
+    /// line misses it. A line through a corner does not slip between two sides, as it can by
+    /// rounding if each side is intersected for itself.
+    fn to_box(self, Area { width, height }: Area) -> Option<f32> {
+        let (mut enters, mut leaves) = (0.0_f32, f32::INFINITY);
+        for (at, along, size) in [(self.x, self.along.0, width), (self.y, self.along.1, height)] {
+            let half = size / 2.0;
+            if along == 0.0 {
+                if at.abs() > half {
+                    return None;
+                }
+                continue;
+            }
+            let (one, other) = ((-half - at) / along, (half - at) / along);
+            enters = enters.max(one.min(other));
+            leaves = leaves.min(one.max(other));
+        }
+        (enters <= leaves).then_some(enters)
     }
 
     /// Returns the distance to the nearest side of a rectangle around the origin.
@@ -90,5 +115,65 @@ impl Ray {
         let corners = [(x, y), (-x, y), (-x, -y), (x, -y)];
         let sides = [0, 1, 2, 3].map(|i| self.to_segment(corners[i], corners[(i + 1) % 4]));
         sides.into_iter().flatten().reduce(f32::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::geometry::turned;
+    use crate::engine::stream::Stream;
+
+    fn ray(x: f32, y: f32, degrees: f32) -> Ray {
+        Ray::towards(&Pose::new(x, y, 0.0), degrees.to_radians())
+    }
+
+    fn turned_box(width: f32, height: f32, degrees: f32) -> Obstacle {
+        let (sin, cos) = libm::sincosf(degrees.to_radians());
+        Obstacle::TurnedBox { x: 10.0, y: 20.0, width, height, along: (cos, sin) }
+    }
+
+    /// A box of 100 mm by 40 mm at (10, 20), whose width rises by 90 degrees: x from -10 to 30, y
+    /// from -30 to 70.
+    #[test]
+    fn distances_to_a_turned_box() {
+        let turned = turned_box(100.0, 40.0, 90.0);
+        for (ray, expected) in [
+            (ray(-60.0, 0.0, 0.0), Some(50.0)),
+            (ray(-60.0, 0.0, 180.0), None),
+            (ray(-60.0, 71.0, 0.0), None),
+            (ray(0.0, -80.0, 90.0), Some(50.0)),
+            // 50 mm to the right and up, to the lower left corner.
+            (ray(-60.0, -80.0, 45.0), Some(50.0 * core::f32::consts::SQRT_2)),
+            // Inside, and on the left side.
+            (ray(0.0, 0.0, 123.0), Some(0.0)),
+            (ray(-10.0, 0.0, 0.0), Some(0.0)),
+        ] {
+            let found = ray.to_obstacle(&turned);
+            let fits = match (found, expected) {
+                (Some(found), Some(expected)) => (found - expected).abs() < 0.001,
+                (found, expected) => found == expected,
+            };
+            assert!(fits, "{ray:?}: {found:?} instead of {expected:?}");
+        }
+    }
+
+    /// Rounding of a line through a corner does not let it pass: the line goes on into the box.
+    #[test]
+    fn no_line_slips_through_a_corner() {
+        let mut stream = Stream::for_brain(1, 1);
+        for _ in 0..10_000 {
+            let (width, height) = (20.0 + 300.0 * stream.unit(), 20.0 + 300.0 * stream.unit());
+            let turn = 360.0 * stream.unit();
+            let aslant = turned_box(width, height, turn);
+            let (sin, cos) = libm::sincosf(turn.to_radians());
+            let corner = turned((width / 2.0, height / 2.0), (cos, sin));
+            let way = ray(0.0, 0.0, turn + 190.0 + 70.0 * stream.unit());
+            let distance = 10.0 + 1000.0 * stream.unit();
+            let from = Ray { x: 10.0 + corner.0, y: 20.0 + corner.1, ..way };
+            let (x, y) = from.at(-distance);
+            let found = Ray { x, y, ..way }.to_obstacle(&aslant).unwrap_or(f32::INFINITY);
+            assert!((found - distance).abs() < 0.01, "{found} instead of {distance}");
+        }
     }
 }

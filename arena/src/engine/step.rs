@@ -4,6 +4,7 @@ use core::convert::Infallible;
 
 use super::body::Moment;
 use super::brain::{Brain, Controls, Io, Sensors, TickFrames};
+use super::environment::Ground;
 use super::geometry::Pose;
 use super::herd::{Cohort, Herd};
 use super::id::RobotId;
@@ -21,6 +22,8 @@ struct Surroundings<'a> {
     ether: [Ether<'a>; Medium::COUNT],
     sight: Sight<'a>,
     lights: &'a [Lamp],
+    /// The values of all ground sensors; empty without an environment.
+    ground: &'a [f32],
     ambient: f32,
     herds: &'a [Herd],
     seed: u64,
@@ -87,6 +90,7 @@ impl<B: Brain> World<B> {
             herds,
             cohorts,
             obstacles,
+            ground,
             lights,
             crowd,
             air,
@@ -97,10 +101,14 @@ impl<B: Brain> World<B> {
             pool,
             ..
         } = self;
+        if let Some(ground) = ground {
+            ground.sense(cohorts, herds, poses);
+        }
         let around = Surroundings {
             ether: air.each_ref().map(|air| Ether { air, topology, calibration }),
             sight: Sight { area: settings.area, obstacles, crowd },
             lights,
+            ground: ground.as_ref().map_or(&[], Ground::values),
             ambient: settings.ambient_light,
             herds,
             seed: settings.seed,
@@ -241,7 +249,11 @@ impl<B: Brain> CohortPart<'_, B> {
             if robot.state == RobotState::Running {
                 let id = RobotId((cohort.first + index) as u16);
                 let body = Controls { block: &mut *cohort.block, index };
-                let of = Thinker { id, robot, herd, body, pose, estimate: estimate.as_ref() };
+                let sensors = herd.ground_sensors.len();
+                let first = cohort.ground_sensors_before + index * sensors;
+                let ground = around.ground.get(first..first + sensors).unwrap_or_default();
+                let estimate = estimate.as_ref();
+                let of = Thinker { id, robot, herd, body, pose, estimate, ground };
                 of.think(brain, scratch, around);
             }
         }
@@ -257,12 +269,14 @@ struct Thinker<'a> {
     body: Controls<'a>,
     pose: &'a Pose,
     estimate: Option<&'a Pose>,
+    ground: &'a [f32],
 }
 
 impl Thinker<'_> {
     /// Receives frames, runs the brain, and plans the time when the link sends.
     fn think(self, brain: &mut impl Brain, scratch: &mut Scratch, around: &Surroundings<'_>) {
-        let Thinker { id, robot, herd: Herd { medium, media, .. }, body, pose, estimate } = self;
+        let Thinker { id, robot, herd, body, pose, estimate, ground } = self;
+        let Herd { medium, media, .. } = herd;
         let now = around.now;
         let ether = &around.ether[*medium as usize];
         let late = robot.radio.late.take_if(|late| late.due <= now);
@@ -295,6 +309,7 @@ impl Thinker<'_> {
                 estimate,
                 ambient: around.ambient,
                 lights: around.lights,
+                ground,
             },
             led: &mut robot.led,
             body,

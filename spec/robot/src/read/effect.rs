@@ -266,9 +266,11 @@ fn sensor_value(
             Some("count") => Some(SensorValue::Count),
             _ => unknown(["distance", "bearing", "count"].map(str::to_owned).to_vec()),
         },
-        SensorKind::Light { .. } | SensorKind::Ground | SensorKind::Battery { .. } => match value {
-            None => Some(SensorValue::Only),
-            Some(_) => unknown(Vec::new()),
-        },
+        SensorKind::Light { .. } | SensorKind::Ground { .. } | SensorKind::Battery { .. } => {
+            match value {
+                None => Some(SensorValue::Only),
+                Some(_) => unknown(Vec::new()),
+            }
+        }
     }
 }
