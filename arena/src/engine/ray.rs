@@ -16,6 +16,10 @@ pub enum Side {
     Right,
 }
 
+/// The share by which segments are longer for lines of sight, at their own length as the distance:
+/// a few times the rounding error. Else a line through a corner could pass between its two sides.
+const ROUNDING: f32 = 1e-6;
+
 /// A line of sight from a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ray {
@@ -69,7 +73,8 @@ impl Ray {
         }
         let distance = (ax * by - ay * bx) / across;
         let part = (ax * self.along.1 - ay * self.along.0) / across;
-        (distance >= 0.0 && (0.0..=1.0).contains(&part)).then_some(distance)
+        let slack = ROUNDING * (1.0 + (ax.abs() + ay.abs()) / (bx.abs() + by.abs()));
+        (distance >= 0.0 && (-slack..=1.0 + slack).contains(&part)).then_some(distance)
     }
 
     pub(crate) fn to_obstacle(self, obstacle: &Obstacle) -> Option<f32> {
@@ -77,9 +82,7 @@ impl Ray {
             Obstacle::Segment { from, to } => self.to_segment(from, to),
             Obstacle::Round { x, y, radius } => self.to_disc(x, y, radius),
             Obstacle::Box { x, y, width, height } => {
-                let area = Area { width, height };
-                let moved = Ray { x: self.x - x, y: self.y - y, ..self };
-                if area.contains(moved.x, moved.y) { Some(0.0) } else { moved.to_rim(area) }
+                Ray { x: self.x - x, y: self.y - y, ..self }.to_box(Area { width, height })
             }
             Obstacle::TurnedBox { x, y, width, height, along } => {
                 let (here_x, here_y) = turned_back((self.x - x, self.y - y), along);
@@ -90,23 +93,9 @@ impl Ray {
     }
 
     /// Returns the distance to a rectangle around the origin: 0 from a point inside, `None` if the
-    /// line misses it. A line through a corner does not slip between two sides, as it can by
-    /// rounding if each side is intersected for itself.
-    fn to_box(self, Area { width, height }: Area) -> Option<f32> {
-        let (mut enters, mut leaves) = (0.0_f32, f32::INFINITY);
-        for (at, along, size) in [(self.x, self.along.0, width), (self.y, self.along.1, height)] {
-            let half = size / 2.0;
-            if along == 0.0 {
-                if at.abs() > half {
-                    return None;
-                }
-                continue;
-            }
-            let (one, other) = ((-half - at) / along, (half - at) / along);
-            enters = enters.max(one.min(other));
-            leaves = leaves.min(one.max(other));
-        }
-        (enters <= leaves).then_some(enters)
+    /// line misses it.
+    fn to_box(self, area: Area) -> Option<f32> {
+        if area.contains(self.x, self.y) { Some(0.0) } else { self.to_rim(area) }
     }
 
     /// Returns the distance to the nearest side of a rectangle around the origin.
@@ -158,22 +147,47 @@ mod tests {
         }
     }
 
-    /// Rounding of a line through a corner does not let it pass: the line goes on into the box.
+    /// Lines that pass exactly through a corner of a box, of the same box turned, of its sides as
+    /// thin walls, and of a room around the observer.
     #[test]
     fn no_line_slips_through_a_corner() {
         let mut stream = Stream::for_brain(1, 1);
-        for _ in 0..10_000 {
+        for _ in 0..20_000 {
             let (width, height) = (20.0 + 300.0 * stream.unit(), 20.0 + 300.0 * stream.unit());
-            let turn = 360.0 * stream.unit();
-            let aslant = turned_box(width, height, turn);
-            let (sin, cos) = libm::sincosf(turn.to_radians());
-            let corner = turned((width / 2.0, height / 2.0), (cos, sin));
-            let way = ray(0.0, 0.0, turn + 190.0 + 70.0 * stream.unit());
             let distance = 10.0 + 1000.0 * stream.unit();
-            let from = Ray { x: 10.0 + corner.0, y: 20.0 + corner.1, ..way };
-            let (x, y) = from.at(-distance);
-            let found = Ray { x, y, ..way }.to_obstacle(&aslant).unwrap_or(f32::INFINITY);
-            assert!((found - distance).abs() < 0.01, "{found} instead of {distance}");
+            let degrees = 190.0 + 70.0 * stream.unit();
+            let start = |corner: (f32, f32), turn: f32| {
+                let way = ray(corner.0, corner.1, degrees + turn);
+                let (x, y) = way.at(-distance);
+                Ray { x, y, ..way }
+            };
+            let corner = (width / 2.0, height / 2.0);
+            let straight = Obstacle::Box { x: 0.0, y: 0.0, width, height };
+            let of_box = start(corner, 0.0).to_obstacle(&straight);
+
+            let turn = 360.0 * stream.unit();
+            let (sin, cos) = libm::sincosf(turn.to_radians());
+            let (x, y) = turned(corner, (cos, sin));
+            let aslant = turned_box(width, height, turn);
+            let of_turned = start((10.0 + x, 20.0 + y), turn).to_obstacle(&aslant);
+
+            let sides = [(-width / 2.0, corner.1), (corner.0, -height / 2.0)];
+            let walls = sides.map(|from| Obstacle::Segment { from, to: corner });
+            let of_walls = walls.map(|wall| start(corner, 0.0).to_obstacle(&wall));
+            let nearest = of_walls.into_iter().flatten().reduce(f32::min);
+
+            let inside = distance.min(0.9 * width.min(height));
+            let way = ray(corner.0, corner.1, degrees);
+            let (x, y) = way.at(inside);
+            let room = Ray { x, y, along: (-way.along.0, -way.along.1) };
+            let of_room = room.to_rim(Area { width, height });
+
+            for (found, expected) in
+                [(of_box, distance), (of_turned, distance), (nearest, distance), (of_room, inside)]
+            {
+                let found = found.unwrap_or(f32::INFINITY);
+                assert!((found - expected).abs() < 0.01, "{found} instead of {expected}");
+            }
         }
     }
 }
