@@ -162,14 +162,14 @@ fn the_digest_depends_on_the_paint() {
         (world.digest(), world.clone().digest())
     };
     let black = patch(0.0, 0.0, PatchShape::Disc(50.0), 0.0);
-    let grey = Patch { brightness: 0.5, ..black };
-    let digests = [None, Some(vec![black]), Some(vec![grey])].map(digest);
+    let gray = Patch { brightness: 0.5, ..black };
+    let digests = [None, Some(vec![black]), Some(vec![gray])].map(digest);
     assert!(digests.iter().all(|(own, copy)| own == copy));
     assert_ne!(digests[0], digests[1]);
     assert_ne!(digests[1], digests[2]);
 }
 
-/// A robot with three ground sensors, in the middle, 20 mm ahead and 20 mm to the left, looks along y. Ahead of it is a grey disc,
+/// A robot with three ground sensors, in the middle, 20 mm ahead and 20 mm to the left, looks along y. Ahead of it is a gray disc,
 /// left of it a black box that is turned.
 #[test]
 fn described_robots_read_the_paint_of_the_scenario() {

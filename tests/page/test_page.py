@@ -608,12 +608,12 @@ def test_paint_and_turned_boxes_are_drawn(page, browser, tmp_path):
     colors = [[0x39, 0x42, 0x4C], [0x9C, 0xA0, 0xA6], [0x8A, 0x94, 0xA0]]
     # The page loads nothing, not even a picture; another one may.
     blank = browser.new_page()
-    black, grey, box = blank.evaluate(COUNT, ["data:image/png;base64," + taken, colors])
+    black, gray, box = blank.evaluate(COUNT, ["data:image/png;base64," + taken, colors])
     blank.close()
-    # Areas in mm^2. A quarter of the grey patch is inside the world.
+    # Areas in mm^2. A quarter of the gray patch is inside the world.
     scale = box / (90 * 40)
     assert black / scale == pytest.approx(math.pi * 50**2, rel=0.05)
-    assert grey / scale == pytest.approx(100 * 50, rel=0.05)
+    assert gray / scale == pytest.approx(100 * 50, rel=0.05)
     with page.expect_download() as download:
         page.get_by_role("button", name="Drawing").click()
     download.value.save_as(tmp_path / "drawing.svg")

@@ -13,7 +13,7 @@ const MARGIN: f64 = 10.0;
 /// is drawn.
 const WAYS_MAX: usize = 500;
 
-/// The grey of black paint, light enough that trajectories are visible on it.
+/// The gray of black paint, light enough that trajectories are visible on it.
 const BLACK: f64 = 80.0;
 
 /// Draws the world with its paint, obstacles and lights, and the trajectory of each robot, with a ring at its
@@ -35,8 +35,8 @@ pub fn trajectories(world: &WorldSection, history: &History) -> String {
         ));
     }
     for patch in &world.ground {
-        let grey = BLACK + (255.0 - BLACK) * patch.brightness;
-        fill(&mut svg, patch.shape, place, scale, &format!("rgb({grey:.0},{grey:.0},{grey:.0})"));
+        let gray = BLACK + (255.0 - BLACK) * patch.brightness;
+        fill(&mut svg, patch.shape, place, scale, &format!("rgb({gray:.0},{gray:.0},{gray:.0})"));
     }
     if !world.ground.is_empty() {
         svg.put(format_args!("</g>\n"));
