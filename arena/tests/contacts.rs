@@ -189,7 +189,18 @@ fn distance_to(obstacle: &Obstacle, x: f32, y: f32) -> f32 {
             let (dx, dy) = ((x - cx).abs() - width / 2.0, (y - cy).abs() - height / 2.0);
             if dx < 0.0 && dy < 0.0 { dx.max(dy) } else { dx.max(0.0).hypot(dy.max(0.0)) }
         }
+        Obstacle::TurnedBox { x: cx, y: cy, width, height, along } => {
+            // Turned back by polar coordinates.
+            let (far, angle) = ((x - cx).hypot(y - cy), (y - cy).atan2(x - cx));
+            let (sin, cos) = (angle - along.1.atan2(along.0)).sin_cos();
+            let straight = Obstacle::Box { x: 0.0, y: 0.0, width, height };
+            distance_to(&straight, far * cos, far * sin)
+        }
     }
+}
+
+fn turned_box(x: f32, y: f32, width: f32, height: f32, heading: f32) -> Obstacle {
+    Obstacle::TurnedBox { x, y, width, height, along: (heading.cos(), heading.sin()) }
 }
 
 /// Robots of all speeds wander among obstacles of all kinds and never get into one.
@@ -202,6 +213,7 @@ fn robots_cannot_enter_obstacles() {
         Obstacle::Segment { from: (0.0, 700.0), to: (0.0, 300.0) },
         Obstacle::Round { x: 400.0, y: -300.0, radius: 120.0 },
         Obstacle::Box { x: -400.0, y: 300.0, width: 300.0, height: 80.0 },
+        turned_box(500.0, 200.0, 400.0, 60.0, 0.6),
     ];
     for obstacle in obstacles {
         world.add_obstacle(obstacle);
@@ -248,6 +260,136 @@ fn a_robot_placed_in_an_obstacle_is_pushed_out() {
     run(&mut world, 1);
     close(pose(&world, id).y, 50.0 + 16.5, 0.02);
     close(pose(&world, id).x, 20.0, 0.02);
+}
+
+/// Where an obstacle pushes a Kilobot that is put at a place.
+fn pushed(obstacle: Obstacle, x: f32, y: f32) -> (f32, f32) {
+    let mut world = World::new(exact()).unwrap();
+    world.add_obstacle(obstacle);
+    let id = kilobot(&mut world, x, y, 0.0, Probe::default());
+    let Pose { x, y, .. } = pose(&world, id);
+    (x, y)
+}
+
+/// The middle is exactly on a side or a corner. It must not be pushed into the box.
+#[test]
+fn a_robot_on_the_rim_of_a_box_is_pushed_out() {
+    let straight = Obstacle::Box { x: 0.0, y: 0.0, width: 200.0, height: 100.0 };
+    for (at, to) in [
+        ((-100.0, 10.0), (-116.5, 10.0)),
+        ((100.0, 10.0), (116.5, 10.0)),
+        ((10.0, -50.0), (10.0, -66.5)),
+        ((10.0, 50.0), (10.0, 66.5)),
+    ] {
+        assert_eq!(pushed(straight, at.0, at.1), to);
+    }
+    for (x, y) in [(100.0, 50.0), (-100.0, 50.0), (-100.0, -50.0), (100.0, -50.0)] {
+        let (far_x, far_y) = pushed(straight, x, y);
+        close(distance_to(&straight, far_x, far_y), 16.5, 0.01);
+        // The same corner of a box that is turned around its middle.
+        let (sin, cos) = 0.7_f32.sin_cos();
+        let turned = turned_box(30.0, -20.0, 200.0, 100.0, 0.7);
+        let (to_x, to_y) = pushed(turned, 30.0 + x * cos - y * sin, -20.0 + x * sin + y * cos);
+        close(distance_to(&turned, to_x, to_y), 16.5, 0.01);
+    }
+}
+
+/// A box of 200 mm by 100 mm, turned by 45 degrees. With c = cos 45 degrees = 0.70711, (x, y) is ((x + y) c, (y - x) c) along
+/// its sides.
+#[test]
+fn a_turned_box_pushes_through_its_nearest_side() {
+    let turned = turned_box(0.0, 0.0, 200.0, 100.0, std::f32::consts::FRAC_PI_4);
+    for (at, to) in [
+        // (70.71, 70.71) along the sides is 20.71 mm from the longer side: free.
+        ((0.0, 100.0), (0.0, 100.0)),
+        // (63.64, 63.64) goes to (63.64, 66.5), which is ((63.64 - 66.5) c, (63.64 + 66.5) c).
+        ((0.0, 90.0), (-2.02, 92.02)),
+        // (7.07, -7.07), inside, goes to (7.07, -66.5).
+        ((10.0, 0.0), (52.02, -42.02)),
+        // (98.99, 14.14), inside, is nearer to the shorter side: (116.5, 14.14).
+        ((60.0, 80.0), (72.38, 92.38)),
+    ] {
+        let (x, y) = pushed(turned, at.0, at.1);
+        close(x, to.0, 0.02);
+        close(y, to.1, 0.02);
+    }
+    // The sign of the sizes and the length of the direction do not matter; without a direction there is no box.
+    let long =
+        Obstacle::TurnedBox { x: 0.0, y: 0.0, width: -200.0, height: -100.0, along: (7.0, 7.0) };
+    let (x, y) = pushed(long, 10.0, 0.0);
+    close(x, 52.02, 0.02);
+    close(y, -42.02, 0.02);
+    for along in [(0.0, 0.0), (f32::NAN, 1.0), (f32::INFINITY, 1.0)] {
+        let none = Obstacle::TurnedBox { x: 0.0, y: 0.0, width: 200.0, height: 100.0, along };
+        assert_eq!(pushed(none, 10.0, 0.0), (10.0, 0.0));
+    }
+}
+
+/// A quarter turn exchanges the sides.
+#[test]
+fn a_box_turned_by_90_degrees_has_exchanged_sides() {
+    let exchanged = Obstacle::Box { x: 20.0, y: -10.0, width: 90.0, height: 240.0 };
+    for quarters in [1.0, 3.0, -1.0] {
+        let angle = quarters * std::f32::consts::FRAC_PI_2;
+        let turned = turned_box(20.0, -10.0, 240.0, 90.0, angle);
+        for place in 0..400 {
+            let (x, y) = ((place % 20) as f32 * 13.1 - 100.0, (place / 20) as f32 * 17.3 - 180.0);
+            let (found, expected) = (pushed(turned, x, y), pushed(exchanged, x, y));
+            close(found.0, expected.0, 0.001);
+            close(found.1, expected.1, 0.001);
+        }
+    }
+}
+
+/// Robots that run into obstacles and into each other, in a world and in the same world turned by an angle.
+#[test]
+fn a_turned_world_gives_turned_ways() {
+    let (angle, ticks) = (0.65_f32, 300);
+    let (sin, cos) = angle.sin_cos();
+    let turned = |x: f32, y: f32| (x * cos - y * sin, x * sin + y * cos);
+    let mut worlds = [0, 1].map(|_| World::new(exact()).unwrap());
+    let obstacles = [
+        (Obstacle::Box { x: 0.0, y: 0.0, width: 300.0, height: 100.0 }, 0.0),
+        (turned_box(250.0, 200.0, 150.0, 60.0, 1.1), 1.1),
+        (Obstacle::Round { x: -250.0, y: 150.0, radius: 50.0 }, 0.0),
+        (Obstacle::Segment { from: (-300.0, -150.0), to: (200.0, -200.0) }, 0.0),
+    ];
+    for (obstacle, heading) in obstacles {
+        worlds[0].add_obstacle(obstacle);
+        worlds[1].add_obstacle(match obstacle {
+            Obstacle::Box { x, y, width, height }
+            | Obstacle::TurnedBox { x, y, width, height, .. } => {
+                let (x, y) = turned(x, y);
+                turned_box(x, y, width, height, heading + angle)
+            }
+            Obstacle::Round { x, y, radius } => {
+                let (x, y) = turned(x, y);
+                Obstacle::Round { x, y, radius }
+            }
+            Obstacle::Segment { from, to } => {
+                Obstacle::Segment { from: turned(from.0, from.1), to: turned(to.0, to.1) }
+            }
+        });
+    }
+    let mut stream = Stream::for_brain(5, 0);
+    for _ in 0..25 {
+        let (x, y) = (stream.unit() * 700.0 - 350.0, stream.unit() * 500.0 - 250.0);
+        let heading = stream.unit() * 6.0;
+        let motors = (60 + stream.below(20) as i16, 60 + stream.below(20) as i16);
+        let brain = Probe::driving(motors.0, motors.1);
+        kilobot(&mut worlds[0], x, y, heading, brain.clone());
+        let (x, y) = turned(x, y);
+        kilobot(&mut worlds[1], x, y, heading + angle, brain);
+    }
+    worlds.iter_mut().for_each(|world| run(world, ticks));
+    let [straight, aslant] = worlds;
+    for (one, other) in straight.robots().zip(aslant.robots()) {
+        let (x, y) = turned(one.pose.x, one.pose.y);
+        close(other.pose.x, x, 0.5);
+        close(other.pose.y, y, 0.5);
+    }
+    assert!(straight.statistics().wall_ticks > 1000, "{:?}", straight.statistics());
+    assert_eq!(aslant.statistics().wall_ticks, straight.statistics().wall_ticks);
 }
 
 #[test]

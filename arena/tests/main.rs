@@ -26,6 +26,7 @@ mod expectations;
 mod faults;
 mod flight_fidelity;
 mod globals;
+mod ground;
 mod groups;
 mod hosts;
 mod inspection;

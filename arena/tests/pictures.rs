@@ -13,7 +13,9 @@ const WALK: &str = "math.rng.setseed(id)\nn = 0\nfunction step() { n = n + 1\n\
 fn world(count: u32) -> String {
     format!(
         "[world]\nsize = [800, 600]\nduration = 5\nseed = 3\nobstacles = [{{ at = [200, 0], radius = 30 }},\n\
-         {{ at = [-200, 0], size = [40, 90] }}, {{ from = [0, 100], to = [50, 200] }}]\nlights = [[10, 20]]\n\
+         {{ at = [-200, 0], size = [40, 90] }}, {{ at = [-200, 200], size = [40, 90], heading = 30 }},\n\
+         {{ from = [0, 100], to = [50, 200] }}]\nlights = [[10, 20]]\n\
+         ground = [{{ at = [-300, -200], size = [60, 300], heading = -20 }}, {{ at = [0, 0], radius = 50, brightness = 0.5 }}]\n\
          [[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\ncount = {count}\n\
          [output]\nplot = [\"global.heard\", \"x\"]\n"
     )
@@ -29,8 +31,12 @@ fn pictures_are_xml() {
         let picture = trajectories(&scenario.world, &history);
         let document = roxmltree::Document::parse(&picture).unwrap();
         let circles = document.descendants().filter(|node| node.has_tag_name("circle")).count();
-        // Start and end of each robot, a lamp, a disc.
-        assert_eq!(circles, 2 * count as usize + 2);
+        // Start and end of each robot, a lamp, a disc, painted ground.
+        assert_eq!(circles, 2 * count as usize + 3);
+        // In SVG a positive angle is clockwise. The world is drawn with 900 / 800 of its size, 10 from the rim, with y down.
+        let turns: Vec<_> =
+            document.descendants().filter_map(|node| node.attribute("transform")).collect();
+        assert_eq!(turns, ["rotate(20 122.5 572.5)", "rotate(-30 235.0 122.5)"]);
         for ((quantity, _), values) in scenario.output.plot.iter().zip(&history.values) {
             let picture = chart(&quantity.to_string(), &history.times, values);
             let document = roxmltree::Document::parse(&picture).unwrap();

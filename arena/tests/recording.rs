@@ -1,8 +1,9 @@
 //! Recordings are what docs/recording.md says, come back as they were, and damage is noticed.
 
 use bittybuzz_arena::output::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingError,
-    RecordingHeader, RecordingReader, RecordingSample, RecordingWriter, RobotStatus,
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
+    RecordingError, RecordingHeader, RecordingReader, RecordingSample, RecordingWriter,
+    RobotStatus,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -26,11 +27,16 @@ fn read(file: &[u8]) -> Result<(RecordingHeader, Vec<RecordingSample>), Recordin
 /// The header and the samples of the test vector.
 fn documented() -> (RecordingHeader, Vec<RecordingSample>) {
     let bodies = vec![RecordedBody { id: 0, radius: 165 }, RecordedBody { id: 7, radius: 165 }];
+    let ground = vec![
+        RecordedPatch { shape: RecordedShape::Block([-1000, 0, 1000, 400, 0x4000]), brightness: 0 },
+        RecordedPatch { shape: RecordedShape::Disc([-1000, 0, 100]), brightness: 500 },
+    ];
+    let disc = RecordedOutline::Shape(RecordedShape::Disc([3000, 0, 800]));
     let obstacles = vec![
-        RecordedObstacle { outline: RecordedOutline::Disc([3000, 0, 800]), height: None },
+        RecordedObstacle { outline: disc, height: None },
         RecordedObstacle { outline: RecordedOutline::Wall([0, -500, 0, 500]), height: Some(1000) },
     ];
-    let header = RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, obstacles };
+    let header = RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, ground, obstacles };
     let robot =
         RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: RobotStatus::Running };
     let moved = RecordedRobot { x: -110, ..robot };
@@ -72,12 +78,12 @@ fn other_files_and_versions_are_refused() {
     let mut file = write(&header, &samples);
     assert_eq!(read(b"[world]").unwrap_err(), RecordingError::NotARecording);
     assert_eq!(read(b"bbzrec").unwrap_err(), RecordingError::Truncated);
-    for (version, age) in [(1, "older"), (9, "newer")] {
+    for (version, age) in [(2, "older"), (9, "newer")] {
         file[6] = version;
         let error = read(&file).unwrap_err();
         assert_eq!(error, RecordingError::Version(version));
         let text = error.to_string();
-        assert!(text.contains(&format!("version {version}, {age} than version 2")), "{text}");
+        assert!(text.contains(&format!("version {version}, {age} than version 3")), "{text}");
         assert!(text.ends_with("record the run again"), "{text}");
     }
 }
@@ -86,26 +92,36 @@ fn other_files_and_versions_are_refused() {
 #[test]
 fn ids_that_overflow_are_malformed() {
     let rest = [100, 100, 100, 2, 2, 0xfe, 255, 255, 255, 255, 255, 255, 255, 255, 1];
-    let file = [b"bbzrec\x02".as_slice(), &rest].concat();
+    let file = [b"bbzrec\x03".as_slice(), &rest].concat();
     assert_eq!(read(&file).unwrap_err(), RecordingError::Malformed(12));
 }
 
-/// A damaged count of robots or obstacles ends at the end of the file, without memory for all of them.
+/// A damaged count of robots, patches or obstacles ends at the end of the file, without memory for all of them.
 #[test]
 fn counts_beyond_the_file_are_cut_off() {
     let most = [0xff, 0xff, 0xff, 0xff, 0x0f];
-    let robots = [b"bbzrec\x02\x01\x01\x64".as_slice(), &most].concat();
-    let obstacles = [b"bbzrec\x02\x01\x01\x64\x00".as_slice(), &most].concat();
-    for file in [robots, obstacles] {
+    let robots = [b"bbzrec\x03\x01\x01\x64".as_slice(), &most].concat();
+    let ground = [b"bbzrec\x03\x01\x01\x64\x00".as_slice(), &most].concat();
+    let obstacles = [b"bbzrec\x03\x01\x01\x64\x00\x00".as_slice(), &most].concat();
+    for file in [robots, ground, obstacles] {
         assert_eq!(read(&file).unwrap_err(), RecordingError::Truncated);
     }
 }
 
-/// The fourth form of an obstacle does not exist.
+/// The fourth form of an obstacle does not exist, and the ground has no walls.
 #[test]
-fn unknown_obstacles_are_malformed() {
-    let file = b"bbzrec\x02\x01\x01\x64\x00\x01\x03";
-    assert_eq!(read(file).unwrap_err(), RecordingError::Malformed(12));
+fn unknown_outlines_are_malformed() {
+    let obstacle = b"bbzrec\x03\x01\x01\x64\x00\x00\x01\x03";
+    assert_eq!(read(obstacle).unwrap_err(), RecordingError::Malformed(13));
+    let patch = b"bbzrec\x03\x01\x01\x64\x00\x01\x02";
+    assert_eq!(read(patch).unwrap_err(), RecordingError::Malformed(12));
+}
+
+/// White is 1000; 1001 is e9 07.
+#[test]
+fn paint_is_not_brighter_than_white() {
+    let patch = b"bbzrec\x03\x01\x01\x64\x00\x01\x00\x00\x00\x00\xe9\x07";
+    assert_eq!(read(patch).unwrap_err(), RecordingError::Malformed(16));
 }
 
 fn robot() -> impl Strategy<Value = RecordedRobot> {
@@ -123,27 +139,32 @@ fn robot() -> impl Strategy<Value = RecordedRobot> {
     )
 }
 
+fn shape() -> impl Strategy<Value = RecordedShape> {
+    let disc = any::<[i32; 3]>().prop_map(RecordedShape::Disc);
+    disc.boxed().prop_union(any::<[i32; 5]>().prop_map(RecordedShape::Block).boxed())
+}
+
+fn patch() -> impl Strategy<Value = RecordedPatch> {
+    (shape(), 0..=1000u32).prop_map(|(shape, brightness)| RecordedPatch { shape, brightness })
+}
+
 fn obstacle() -> impl Strategy<Value = RecordedObstacle> {
-    (0..3, any::<[i32; 4]>(), any::<Option<u32>>()).prop_map(|(form, numbers, height)| {
-        let [x, y, radius, _] = numbers;
-        let outline = match form {
-            0 => RecordedOutline::Disc([x, y, radius]),
-            1 => RecordedOutline::Block(numbers),
-            _ => RecordedOutline::Wall(numbers),
-        };
-        RecordedObstacle { outline, height }
-    })
+    let wall = any::<[i32; 4]>().prop_map(RecordedOutline::Wall);
+    let outline = shape().prop_map(RecordedOutline::Shape).boxed().prop_union(wall.boxed());
+    (outline, any::<Option<u32>>())
+        .prop_map(|(outline, height)| RecordedObstacle { outline, height })
 }
 
 /// A recording of some robots: who has joined stays, and may move or not.
 fn recording() -> impl Strategy<Value = (RecordingHeader, Vec<RecordingSample>)> {
     let bodies = vec(any::<(u16, u32)>(), 0..6);
-    (bodies, vec(obstacle(), 0..4), any::<[u32; 2]>(), any::<u32>()).prop_flat_map(
-        |(bodies, obstacles, size, tick_ms)| {
+    let outlines = (vec(patch(), 0..4), vec(obstacle(), 0..4));
+    (bodies, outlines, any::<[u32; 2]>(), any::<u32>()).prop_flat_map(
+        |(bodies, (ground, obstacles), size, tick_ms)| {
             let count = bodies.len();
             let bodies =
                 bodies.into_iter().map(|(id, radius)| RecordedBody { id, radius }).collect();
-            let header = RecordingHeader { size, tick_ms, bodies, obstacles };
+            let header = RecordingHeader { size, tick_ms, bodies, ground, obstacles };
             let step = (1u64..1 << 40, vec(proptest::option::of(robot()), count));
             vec(step, 0..8).prop_map(move |steps| {
                 let mut robots = vec![None; count];
@@ -179,7 +200,7 @@ proptest! {
 
     #[test]
     fn arbitrary_bytes_cause_no_panic(rest in vec(any::<u8>(), 0..64)) {
-        let file = [b"bbzrec\x02".as_slice(), &rest].concat();
+        let file = [b"bbzrec\x03".as_slice(), &rest].concat();
         let _ = read(&file);
     }
 }

@@ -341,6 +341,72 @@ const FILES: &[(&str, &str, &[&str])] = &[
         &["(5, 500)"],
     ),
     (
+        "[world]\nsize = [100, 100]\nduration = 9\nobstacles = [{ at = [5, 5], radius = 3, heading = 30 }]\n",
+        "4:51",
+        &["`heading` means nothing without `size`"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nobstacles = [{ from = [5, 5], to = [9, 5], heading = 30 }]\n",
+        "4:54",
+        &["`heading` means nothing without `size`"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nobstacles = [{ at = [5, 5], size = [9, 5], heading = \"random\" }]\n",
+        "4:54",
+        &["`heading` must be a number"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nobstacles = [{ at = [5, 5], size = [9, 5], heading = 400 }]\n",
+        "4:54",
+        &["`heading` cannot be 400", "from -360 to 360"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nground = 0.5\n",
+        "4:10",
+        &["`ground` must be a list"],
+    ),
+    ("[world]\nsize = [100, 100]\nduration = 9\nground = [0.5]\n", "4:11", &["must be a table"]),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nground = [{ at = [5, 5], brightness = 0 }]\n",
+        "4:11",
+        &["this patch of the ground", "one of radius, size"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nground = [{ at = [5, 5], radius = 3, size = [9, 5] }]\n",
+        "4:45",
+        &["`size`", "`radius`"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nground = [{ radius = 3 }]\n",
+        "4:11",
+        &["this patch of the ground has no `at`"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nground = [{ at = [5, 51], radius = 3 }]\n",
+        "4:18",
+        &["(5, 51) would be outside"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nground = [{ at = [5, 5], radius = 3, brightness = 255 }]\n",
+        "4:51",
+        &["`brightness` cannot be 255", "from 0 to 1"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nground = [{ at = [5, 5], radius = 0.5 }]\n",
+        "4:35",
+        &["`radius` cannot be 0.5"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nground = [{ at = [5, 5], radius = 3, heading = 9 }]\n",
+        "4:48",
+        &["`heading` means nothing without `size`"],
+    ),
+    (
+        "[world]\nsize = [100, 100]\nduration = 9\nground = [{ at = [5, 5], radius = 3, height = 9 }]\n",
+        "4:38",
+        &["unknown key `height` in this patch of the ground"],
+    ),
+    (
         "[world]\nsize = [100, 100]\nduration = 9\nlights = [[5, -51]]\n",
         "4:11",
         &["(5, -51) would be outside"],
@@ -464,16 +530,20 @@ const STARTS: &[(&str, &[&str])] = &[
     ),
     ("positions = [[0, 200]]\n", &["robot 0 at (0, 200) would stand in an obstacle"]),
     ("positions = [[300, 15]]\n", &["robot 0 at (300, 15) would stand in an obstacle"]),
+    // 37 mm above the middle of the turned box are 37 / sqrt 2 = 26.16 mm beside it, of which 10 are inside. (82, 82) is 82 sqrt 2 =
+    // 115.97 mm along the box, which ends at 100.
+    ("positions = [[250, -213]]\n", &["robot 0 at (250, -213) would stand in an obstacle"]),
+    ("positions = [[332, -168]]\n", &["robot 0 at (332, -168) would stand in an obstacle"]),
     (
         "present = false\npositions = [[50, 0], [60, 0]]\n[[event]]\nat = 1\njoin = \"all\"\n",
         &["robot 0 at (50, 0) and robot 1 at (60, 0) overlap"],
     ),
 ];
 
-/// A disc of 20 mm, a box of 100 mm and a thin wall stand in the world.
+/// A disc of 20 mm, a box of 100 mm, a thin wall and a box of 200 mm by 20 mm that rises by 45 degrees stand in the world.
 #[test]
 fn starts_that_have_no_room_are_refused() {
-    let obstacles = "obstacles = [{ at = [0, 80], radius = 20 }, { at = [0, 200], size = [100, 100] }, { from = [200, 0], to = [400, 0] }]";
+    let obstacles = "obstacles = [{ at = [0, 80], radius = 20 }, { at = [0, 200], size = [100, 100] }, { from = [200, 0], to = [400, 0] }, { at = [250, -250], size = [200, 20], heading = 45 }]";
     let world = GROUP.replace("duration = 60", &format!("duration = 60\n{obstacles}"));
     for (case, parts) in STARTS {
         let found: Vec<String> =
@@ -488,7 +558,7 @@ fn starts_that_have_no_room_are_refused() {
     for case in [
         "count = 9\nplacement = \"grid\"\nspacing = 33\nat = [-100, -100]\n",
         "count = 10\nplacement = \"circle\"\nradius = 53.4\nat = [-100, -100]\n",
-        "positions = [[483.5, -383.5], [0, 116.5], [66.5, 200], [300, -16.5]]\n",
+        "positions = [[483.5, -383.5], [0, 116.5], [66.5, 200], [300, -16.5], [250, -212], [333, -167]]\n",
         "present = false\npositions = [[50, 0], [50, 0]]\n[[event]]\nat = 1\njoin = 0\n[[event]]\nat = 9\njoin = 1\n",
     ] {
         let found: Vec<String> =

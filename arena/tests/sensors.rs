@@ -71,6 +71,33 @@ fn ranges_to_walls_obstacles_and_robots() {
     close(right, 800.0 - 100.0, 0.1);
 }
 
+/// A square of 200 mm that stands on a corner at (1000, 0): its corners are 141.42 mm from its middle. A wall of 400 mm by 20 mm
+/// at (0, 1000) rises by 30 degrees, so that its lower side is at 1000 - 10 / cos 30 degrees above the middle.
+#[test]
+fn ranges_to_turned_boxes() {
+    let area = Area { width: 8000.0, height: 6000.0 };
+    let mut world = World::new(Settings { area, ..exact() }).unwrap();
+    let turned = |x, y, width, height, degrees: f32| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        Obstacle::TurnedBox { x, y, width, height, along: (cos, sin) }
+    };
+    world.add_obstacle(turned(1000.0, 0.0, 200.0, 200.0, 45.0));
+    world.add_obstacle(turned(0.0, 1000.0, 400.0, 20.0, 30.0));
+    let at = |y| Pose { z: 500.0, ..Pose::new(0.0, y, 0.0) };
+    let ids = [at(0.0), at(-500.0), at(50.0 - 400.0)].map(|pose| hovering(&mut world, pose));
+    run(&mut world, 2);
+    let [corner, beside, _] = ids.map(|id| probe(&world, id).ranges);
+    // Along the diagonal of the square, exactly at its corner.
+    close(corner[0].unwrap(), 1000.0 - 141.42, 0.02);
+    close(corner[1].unwrap(), 1000.0 - 11.547, 0.02);
+    assert_eq!(beside[0], None);
+    // 50 mm beside the corner, a side of 45 degrees is 50 mm further away.
+    world.move_to(ids[2], at(-50.0)).unwrap();
+    world.move_to(ids[0], at(400.0)).unwrap();
+    run(&mut world, 2);
+    close(probe(&world, ids[2]).ranges[0].unwrap(), 1000.0 - 91.42, 0.02);
+}
+
 /// Marching through the grid finds the robot that all robots' circles give.
 #[test]
 fn the_grid_gives_the_same_ranges_as_all_pairs() {

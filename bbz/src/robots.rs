@@ -163,7 +163,10 @@ fn sensor_text(sensor: &Sensor) -> String {
         SensorKind::Light { directions_deg } if directions_deg.len() > 1 => {
             format!(", {} directions, 0 to 1023", directions_deg.len())
         }
-        SensorKind::Light { .. } | SensorKind::Ground => ", 0 to 1023".to_owned(),
+        SensorKind::Ground { at_mm: [ahead, left] } if (*ahead, *left) != (0.0, 0.0) => {
+            format!(" at [{ahead}, {left}] mm, 0 to 1023")
+        }
+        SensorKind::Light { .. } | SensorKind::Ground { .. } => ", 0 to 1023".to_owned(),
         SensorKind::Positioning { .. } => String::new(),
     };
     format!("sensor {}: {kind}{limits}", sensor.name)

@@ -2,12 +2,12 @@
 
 use bittybuzz_arena::engine::Medium;
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
-use bittybuzz_arena::scenario::{Group, ObstacleSection, Outline, QUANTITIES};
+use bittybuzz_arena::scenario::{Group, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape};
 
 use crate::conditions;
 use crate::page_event::{
     AssignmentDescription, BeginEvent, ExpectationDescription, GroupDescription, MediumDescription,
-    ObstacleDescription, QuantityNames,
+    ObstacleDescription, PatchDescription, QuantityNames,
 };
 
 /// Describes the world of a run.
@@ -40,6 +40,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         end: run.end(),
         seed: Some(run.seed()),
         groups: groups.collect(),
+        ground: scenario.world.ground.iter().map(patch).collect(),
         obstacles: scenario.world.obstacles.iter().map(obstacle).collect(),
         lights: conditions::lights(run),
         media: media(run),
@@ -75,11 +76,25 @@ fn globals(program: &Program) -> Vec<String> {
     program.globals().iter().filter(is_shown).map(|name| format!("global.{name}")).collect()
 }
 
+fn patch(patch: &PatchSection) -> PatchDescription {
+    let brightness = patch.brightness;
+    match patch.shape {
+        Shape::Disc { at, radius } => PatchDescription::Disc { at, radius, brightness },
+        Shape::Block { at, size, heading } => {
+            PatchDescription::Block { at, size, heading, brightness }
+        }
+    }
+}
+
 fn obstacle(obstacle: &ObstacleSection) -> ObstacleDescription {
     let height = obstacle.height;
     match obstacle.outline {
-        Outline::Disc { at, radius } => ObstacleDescription::Disc { at, radius, height },
-        Outline::Block { at, size } => ObstacleDescription::Block { at, size, height },
+        Outline::Shape(Shape::Disc { at, radius }) => {
+            ObstacleDescription::Disc { at, radius, height }
+        }
+        Outline::Shape(Shape::Block { at, size, heading }) => {
+            ObstacleDescription::Block { at, size, heading, height }
+        }
         Outline::Wall(from, to) => ObstacleDescription::Wall { from, to, height },
     }
 }

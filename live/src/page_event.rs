@@ -98,6 +98,8 @@ pub struct BeginEvent {
     /// `None` outside the simulator.
     pub seed: Option<u32>,
     pub groups: Vec<GroupDescription>,
+    /// Later patches lie over earlier ones.
+    pub ground: Vec<PatchDescription>,
     pub obstacles: Vec<ObstacleDescription>,
     pub lights: Vec<LightDescription>,
     pub media: Vec<MediumDescription>,
@@ -140,13 +142,22 @@ pub struct GroupDescription {
     pub slots: Option<u32>,
 }
 
+/// A painted part of the ground with the keys of a scenario.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(untagged)]
+pub enum PatchDescription {
+    Disc { at: [f64; 2], radius: f64, brightness: f64 },
+    Block { at: [f64; 2], size: [f64; 2], heading: f64, brightness: f64 },
+}
+
 /// An obstacle with the keys of a scenario. Robots pass over it at its height and above.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(untagged)]
 pub enum ObstacleDescription {
     Disc { at: [f64; 2], radius: f64, height: Option<f64> },
-    Block { at: [f64; 2], size: [f64; 2], height: Option<f64> },
+    Block { at: [f64; 2], size: [f64; 2], heading: f64, height: Option<f64> },
     Wall { from: [f64; 2], to: [f64; 2], height: Option<f64> },
 }
 

@@ -3,13 +3,14 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingError,
-    RecordingReader, RecordingSample,
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
+    RecordingError, RecordingReader, RecordingSample,
 };
 
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    BeginEvent, GroupDescription, ObstacleDescription, PageEvent, RecordingDescription, StateEvent,
+    BeginEvent, GroupDescription, ObstacleDescription, PageEvent, PatchDescription,
+    RecordingDescription, StateEvent,
 };
 use crate::request::Request;
 use crate::samples::Samples;
@@ -149,22 +150,48 @@ fn group(bodies: &[RecordedBody]) -> GroupDescription {
     }
 }
 
+fn patch(patch: &RecordedPatch) -> PatchDescription {
+    let brightness = f64::from(patch.brightness) / 1000.0;
+    match patch.shape {
+        RecordedShape::Disc(numbers) => {
+            let (at, radius) = disc(numbers);
+            PatchDescription::Disc { at, radius, brightness }
+        }
+        RecordedShape::Block(numbers) => {
+            let (at, size, heading) = block(numbers);
+            PatchDescription::Block { at, size, heading, brightness }
+        }
+    }
+}
+
 fn obstacle(obstacle: &RecordedObstacle) -> ObstacleDescription {
     let height = obstacle.height.map(|height| mm(height.into()));
     match obstacle.outline {
-        RecordedOutline::Disc(numbers) => {
-            let [x, y, radius] = numbers.map(|tenths| mm(tenths.into()));
-            ObstacleDescription::Disc { at: [x, y], radius, height }
+        RecordedOutline::Shape(RecordedShape::Disc(numbers)) => {
+            let (at, radius) = disc(numbers);
+            ObstacleDescription::Disc { at, radius, height }
         }
-        RecordedOutline::Block(numbers) => {
-            let [x, y, width, length] = numbers.map(|tenths| mm(tenths.into()));
-            ObstacleDescription::Block { at: [x, y], size: [width, length], height }
+        RecordedOutline::Shape(RecordedShape::Block(numbers)) => {
+            let (at, size, heading) = block(numbers);
+            ObstacleDescription::Block { at, size, heading, height }
         }
         RecordedOutline::Wall(numbers) => {
             let [x, y, to_x, to_y] = numbers.map(|tenths| mm(tenths.into()));
             ObstacleDescription::Wall { from: [x, y], to: [to_x, to_y], height }
         }
     }
+}
+
+/// Returns the center of a disc and its radius.
+fn disc(numbers: [i32; 3]) -> ([f64; 2], f64) {
+    let [x, y, radius] = numbers.map(|tenths| mm(tenths.into()));
+    ([x, y], radius)
+}
+
+/// Returns the center of a box, its size, and the direction of its width in degrees.
+fn block([x, y, width, height, turn]: [i32; 5]) -> ([f64; 2], [f64; 2], f64) {
+    let [x, y, width, height] = [x, y, width, height].map(|tenths| mm(tenths.into()));
+    ([x, y], [width, height], f64::from(turn) * 360.0 / 65_536.0)
 }
 
 /// Converts tenths of a millimeter to millimeters.
@@ -183,6 +210,7 @@ impl Source for Replay<'_> {
             ticks_per_second: self.ticks_per_second(),
             end: self.end,
             groups: groups.map(group).collect(),
+            ground: header.ground.iter().map(patch).collect(),
             obstacles: header.obstacles.iter().map(obstacle).collect(),
             ..BeginEvent::default()
         };

@@ -232,6 +232,7 @@ impl Source for Watched {
             size: self.size(),
             tick_ms: 100,
             bodies: bodies.collect(),
+            ground: Vec::new(),
             obstacles: Vec::new(),
         };
         self.samples.take(self.tick, &robots, || header)

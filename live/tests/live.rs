@@ -19,7 +19,9 @@ const SCRIPT: &str = "n = 0 t = {.a = 1, .b = {.c = 2}}\n\
     function step() {\n  n = n + 1\n  if(id == 7 and n == 5) log(\"n is \", n)\n  if(id == 7 and n == 8) led(n / 0)\n  led(n % 8)\n  forward()\n  neighbors.broadcast(\"n\", n)\n}\n";
 
 const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 10\n\
-    obstacles = [{ at = [300, 200], radius = 20 }]\nlights = [[100, 100]]\n\n\
+    obstacles = [{ at = [300, 200], radius = 20 }, { at = [300, -200], size = [20, 10], heading = -45 }]\n\
+    ground = [{ at = [-100, 0], size = [50, 20], heading = 30 }, { at = [0, 0], radius = 5, brightness = 0.5 }]\n\
+    lights = [[100, 100]]\n\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nname = \"pair\"\ncount = 2\nfirst_id = 6\n\n\
     [[expect]]\nat = 2\nrobots = 6\nvalue = \"global.n\"\nequals = 19\n\n\
     [[expect]]\nwithin = 3\nvalue = \"x\"\nbelow = -1000\n\n\
@@ -111,7 +113,17 @@ fn the_first_event_is_the_world() {
     assert_eq!((&group["first_id"], &group["radius"]), (&json!(6), &json!(16.5)));
     assert_eq!(
         begin["obstacles"],
-        json!([{ "at": [300.0, 200.0], "radius": 20.0, "height": null }])
+        json!([
+            { "at": [300.0, 200.0], "radius": 20.0, "height": null },
+            { "at": [300.0, -200.0], "size": [20.0, 10.0], "heading": -45.0, "height": null },
+        ])
+    );
+    assert_eq!(
+        begin["ground"],
+        json!([
+            { "at": [-100.0, 0.0], "size": [50.0, 20.0], "heading": 30.0, "brightness": 0.0 },
+            { "at": [0.0, 0.0], "radius": 5.0, "brightness": 0.5 },
+        ])
     );
     assert_eq!(begin["lights"][0]["at"], json!([100.0, 100.0]));
     assert_eq!(begin["media"], json!([{ "name": "ir", "loss": null }]));

@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingError,
-    RecordingHeader, RecordingReader, RecordingSample, RecordingWriter, RobotStatus,
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
+    RecordingError, RecordingHeader, RecordingReader, RecordingSample, RecordingWriter,
+    RobotStatus,
 };
 use bittybuzz_live::{Replay, Source};
 use proptest::prelude::*;
@@ -17,16 +18,20 @@ const ROBOT: RecordedRobot =
 
 /// Robot 7 joins at the third sample. Samples are half a second apart: the ticks are 0, 5, 10 ...
 fn recording(samples: u64) -> Vec<u8> {
+    let disc = RecordedShape::Disc([3000, -2000, 200]);
+    // An eighth of a turn is 8192 of 65536.
+    let block = RecordedShape::Block([0, 5, 100, 40, 8192]);
     let header = RecordingHeader {
         size: [800, 600],
         tick_ms: 100,
         bodies: vec![RecordedBody { id: 3, radius: 165 }, RecordedBody { id: 7, radius: 460 }],
+        ground: vec![
+            RecordedPatch { shape: block, brightness: 0 },
+            RecordedPatch { shape: disc, brightness: 500 },
+        ],
         obstacles: vec![
-            RecordedObstacle { outline: RecordedOutline::Disc([3000, -2000, 200]), height: None },
-            RecordedObstacle {
-                outline: RecordedOutline::Block([0, 5, 100, 40]),
-                height: Some(750),
-            },
+            RecordedObstacle { outline: RecordedOutline::Shape(disc), height: None },
+            RecordedObstacle { outline: RecordedOutline::Shape(block), height: Some(750) },
             RecordedObstacle { outline: RecordedOutline::Wall([-1, 0, 1, 0]), height: None },
         ],
     };
@@ -73,10 +78,15 @@ fn the_first_event_is_the_world() {
     );
     let obstacles = json!([
         { "at": [300.0, -200.0], "radius": 20.0, "height": null },
-        { "at": [0.0, 0.5], "size": [10.0, 4.0], "height": 75.0 },
+        { "at": [0.0, 0.5], "size": [10.0, 4.0], "heading": 45.0, "height": 75.0 },
         { "from": [-0.1, 0.0], "to": [0.1, 0.0], "height": null },
     ]);
     assert_eq!(begin["obstacles"], obstacles);
+    let ground = json!([
+        { "at": [0.0, 0.5], "size": [10.0, 4.0], "heading": 45.0, "brightness": 0.0 },
+        { "at": [300.0, -200.0], "radius": 20.0, "brightness": 0.5 },
+    ]);
+    assert_eq!(begin["ground"], ground);
     let state = json!({ "event": "state", "tick": 0, "plays": false, "rate": null, "over": false });
     assert_eq!(events[1..], [state]);
 }

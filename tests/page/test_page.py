@@ -3,8 +3,10 @@
 BBZ names the program.
 """
 
+import base64
 import functools
 import json
+import math
 import os
 import re
 import select
@@ -573,6 +575,54 @@ def test_a_drawing_is_saved(page, tmp_path):
     middle = bodies[0].find(f"{name}circle")
     assert (float(middle.get("cx")), float(middle.get("cy"))) == (-30, 0)
     assert root.find(f"{name}text").text == "200 mm"
+
+
+PAINTED = [
+    "--set", "world.lights=[]",
+    "--set", "world.ground=[{ at = [-200, 0], radius = 50 }, { at = [400, -300], size = [200, 100], brightness = 0.5 }]",
+    "--set", "world.obstacles=[{ at = [200, 0], size = [90, 40], heading = 30 }]",
+]
+
+# Counts the pixels of a picture that have one of the colors.
+COUNT = """async ([picture, colors]) => {
+    const image = await createImageBitmap(await (await fetch(picture)).blob());
+    const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, 0, image.width, image.height);
+    const has = (at, color) => color.every((part, index) => Math.abs(data[at + index] - part) < 2);
+    return colors.map((color) => {
+        let count = 0;
+        for (let at = 0; at < data.length; at += 4) {
+            count += has(at, color);
+        }
+        return count;
+    });
+}"""
+
+
+@pytest.mark.parametrize("session", [PAINTED], indirect=True)
+def test_paint_and_turned_boxes_are_drawn(page, browser, tmp_path):
+    go(page, 1)
+    taken = base64.b64encode(page.locator("#canvas").screenshot(animations="disabled")).decode()
+    # Colors of the style sheet: --black, the middle between it and white, and --obstacle.
+    colors = [[0x39, 0x42, 0x4C], [0x9C, 0xA0, 0xA6], [0x8A, 0x94, 0xA0]]
+    # The page loads nothing, not even a picture; another one may.
+    blank = browser.new_page()
+    black, gray, box = blank.evaluate(COUNT, ["data:image/png;base64," + taken, colors])
+    blank.close()
+    # Areas in mm^2. A quarter of the gray patch is inside the world.
+    scale = box / (90 * 40)
+    assert black / scale == pytest.approx(math.pi * 50**2, rel=0.05)
+    assert gray / scale == pytest.approx(100 * 50, rel=0.05)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Drawing").click()
+    download.value.save_as(tmp_path / "drawing.svg")
+    name = "{http://www.w3.org/2000/svg}"
+    root = xml.etree.ElementTree.parse(tmp_path / "drawing.svg").getroot()
+    turned = [rect for rect in root.iter(f"{name}rect") if rect.get("transform")]
+    assert [rect.get("transform") for rect in turned] == ["rotate(30 200 0)"]
+    fills = [circle.get("fill") for circle in root.iter(f"{name}circle") if circle.get("r") == "50"]
+    assert fills == ["rgb(57,66,76)"]
 
 
 def test_a_picture_is_saved(page, tmp_path):

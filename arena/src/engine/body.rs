@@ -50,6 +50,12 @@ pub trait BodyModel: Debug + Send + Sync {
     /// called.
     fn has_positioning(&self) -> bool;
 
+    /// Returns the place of each ground sensor on a body: mm ahead of the middle and to the left of
+    /// it. The world reads them at the beginning of a tick.
+    fn ground_sensors(&self) -> Vec<[f32; 2]> {
+        Vec::new()
+    }
+
     /// Fails if a parameter is not valid for a body.
     fn check(&self) -> Result<(), SettingsError>;
 

@@ -9,6 +9,7 @@ use super::herd::{Herd, HerdId};
 use super::id::RobotId;
 use super::light::{self, Lamp};
 use super::link::{DeliveredFrame, FrameSighting, Late, Medium, SentFrame, Transmission};
+use super::paint::WHITE;
 use super::ranger::Sight;
 use super::ray::{Ray, Side};
 
@@ -164,13 +165,23 @@ impl<'a> TickFrames<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Sensors<'a> {
     pub(crate) id: RobotId,
-    pub(crate) sight: Sight<'a>,
-    pub(crate) herds: &'a [Herd],
     pub(crate) herd: HerdId,
     pub(crate) pose: &'a Pose,
     pub(crate) estimate: Option<&'a Pose>,
+    /// The index of its first ground sensor in [`Scene::ground`].
+    pub(crate) first_ground: usize,
+    pub(crate) scene: &'a Scene<'a>,
+}
+
+/// The data that the sensors of all robots read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scene<'a> {
+    pub(crate) sight: Sight<'a>,
+    pub(crate) herds: &'a [Herd],
     pub(crate) ambient: f32,
     pub(crate) lights: &'a [Lamp],
+    /// The values of all ground sensors; empty in a world without an environment.
+    pub(crate) ground: &'a [f32],
 }
 
 impl Sensors<'_> {
@@ -192,24 +203,24 @@ impl Sensors<'_> {
     /// nothing is in reach. The model is a line without noise, not the cone of the real sensor.
     #[must_use]
     pub fn range(&self, side: Side) -> Option<f32> {
-        self.sight.range(self.id, self.pose, side)
+        self.scene.sight.range(self.id, self.pose, side)
     }
 
     /// Returns the distance in mm from the robot's middle to the nearest wall, obstacle or robot in
     /// a direction relative to its heading, in radians; `None` if nothing is within `reach_mm`.
     #[must_use]
     pub fn beam(&self, direction_rad: f32, reach_mm: f32) -> Option<f32> {
-        self.sight.along(self.id, self.pose, Ray::towards(self.pose, direction_rad), reach_mm)
+        self.scene.sight.along(self.id, self.pose, Ray::towards(self.pose, direction_rad), reach_mm)
     }
 
     /// Returns the number of other robots within `reach_mm` that use the same medium, and the
     /// distance in mm and the direction in radians of the nearest one.
     #[must_use]
     pub fn neighbors(&self, reach_mm: f32) -> (usize, Option<[f32; 2]>) {
-        let medium = self.herds[usize::from(self.herd.0)].medium;
+        let medium = self.scene.herds[usize::from(self.herd.0)].medium;
         let (mut count, mut nearest): (usize, Option<[f32; 2]>) = (0, None);
-        self.sight.crowd.within(self.id, self.pose, reach_mm, |herd, [dx, dy, dz]| {
-            if self.herds[usize::from(herd)].medium != medium {
+        self.scene.sight.crowd.within(self.id, self.pose, reach_mm, |herd, [dx, dy, dz]| {
+            if self.scene.herds[usize::from(herd)].medium != medium {
                 return;
             }
             count += 1;
@@ -228,12 +239,21 @@ impl Sensors<'_> {
     pub fn brightness(&self, direction_rad: Option<f32>) -> f32 {
         let world_direction_rad =
             direction_rad.map(|direction_rad| self.pose.heading + direction_rad);
-        light::brightness(self.pose, world_direction_rad, self.ambient, self.lights)
+        light::brightness(self.pose, world_direction_rad, self.scene.ambient, self.scene.lights)
+    }
+
+    /// Returns the brightness of the ground below a ground sensor of the robot's model, 0 (black) to
+    /// 1 (white).
+    #[must_use]
+    pub fn ground(&self, sensor: usize) -> f32 {
+        let has_sensor = sensor < self.scene.herds[usize::from(self.herd.0)].ground_sensors.len();
+        let value = has_sensor.then(|| self.scene.ground.get(self.first_ground + sensor));
+        value.flatten().copied().unwrap_or(WHITE)
     }
 
     /// Returns the reading of the light sensor, 0 (dark) to 1023.
     #[must_use]
     pub fn light(&self) -> u16 {
-        light::reading(self.pose, self.ambient, self.lights)
+        light::reading(self.pose, self.scene.ambient, self.scene.lights)
     }
 }

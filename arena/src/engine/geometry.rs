@@ -44,6 +44,22 @@ impl Area {
     }
 }
 
+/// Returns the vector of length 1 in the same direction; `None` if there is none.
+pub(crate) fn direction((x, y): (f32, f32)) -> Option<(f32, f32)> {
+    let length = (x * x + y * y).sqrt();
+    (length > 0.0 && length.is_finite()).then(|| (x / length, y / length))
+}
+
+/// Turns a vector so that one along the x axis points along `along`, a vector of length 1.
+pub(crate) fn turned((x, y): (f32, f32), along: (f32, f32)) -> (f32, f32) {
+    (x * along.0 - y * along.1, x * along.1 + y * along.0)
+}
+
+/// Undoes [`turned`].
+pub(crate) fn turned_back(vector: (f32, f32), along: (f32, f32)) -> (f32, f32) {
+    turned(vector, (along.0, -along.1))
+}
+
 /// Returns the angle of the same direction in (-pi, pi].
 #[must_use]
 pub fn wrap(angle: f32) -> f32 {

@@ -19,6 +19,8 @@ pub(crate) struct Herd {
     /// Index of the herd's link among the links of its medium.
     pub(crate) link: u16,
     pub(crate) has_positioning: bool,
+    /// The place of each ground sensor: mm ahead of the middle and to the left of it.
+    pub(crate) ground_sensors: Vec<[f32; 2]>,
 }
 
 /// Robots of one herd with consecutive ids, and their bodies.
@@ -28,5 +30,7 @@ pub(crate) struct Cohort {
     /// Id of the first robot.
     pub(crate) first: usize,
     pub(crate) count: usize,
+    /// The number of ground sensors of all robots with lower ids.
+    pub(crate) ground_sensors_before: usize,
     pub(crate) block: Box<dyn BodyBlock>,
 }

@@ -2,7 +2,8 @@
 //!
 //! # One tick
 //! A tick is 100 ms ([`TICK_US`]) and has three phases:
-//! 1. Every robot receives the frames of the last tick, and its brain runs.
+//! 1. The [`Environment`] is read at the places of all robots. Every robot receives the frames of
+//!    the last tick, and its brain runs.
 //! 2. Bodies move, in as many substeps as the fastest body needs, and push each other apart.
 //! 3. The links send in chronological order, with a resolution of one microsecond. A link takes the
 //!    frame from the brain when the transmission starts.
@@ -55,6 +56,7 @@ mod body;
 mod brain;
 mod contact;
 mod digest;
+mod environment;
 mod error;
 mod geometry;
 mod grid;
@@ -66,6 +68,7 @@ mod light;
 mod link;
 mod obstacle;
 mod outside;
+mod paint;
 mod pool;
 mod ranger;
 mod ray;
@@ -81,6 +84,7 @@ mod world_digest;
 pub use body::{Bodies, Body, BodyBlock, BodyModel, BodySize, Moment};
 pub use brain::{Brain, Io, ReceivedFrame, Sensors, TickFrames};
 pub(crate) use digest::Digest;
+pub use environment::Environment;
 pub use error::{AddError, SettingsError, UnknownRobot};
 pub use geometry::{Area, Pose, wrap};
 pub use herd::HerdId;
@@ -93,6 +97,7 @@ pub use link::{
 };
 pub(crate) use obstacle::OVERLAP_TOLERANCE_MM;
 pub use obstacle::Obstacle;
+pub use paint::{PaintedGround, Patch, PatchShape};
 pub use ray::Side;
 pub use robot::{RobotState, RobotView};
 pub use settings::{WorldSettings, above_0, first_wrong, not_below_0, within};

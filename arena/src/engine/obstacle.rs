@@ -1,6 +1,6 @@
 //! Walls and obstacles, which push bodies out.
 
-use super::geometry::Area;
+use super::geometry::{Area, direction, turned, turned_back};
 use super::grid::Cells;
 
 /// A wall or an obstacle, which bodies cannot enter below its height. The height is unlimited
@@ -25,6 +25,17 @@ pub enum Obstacle {
         /// Size along y.
         height: f32,
     },
+    /// A box with sides in any direction: its middle and its size (mm).
+    TurnedBox {
+        x: f32,
+        y: f32,
+        /// Size along `along`.
+        width: f32,
+        /// Size across `along`.
+        height: f32,
+        /// The direction of the width. Its length does not matter.
+        along: (f32, f32),
+    },
 }
 
 /// The overlap of two bodies in mm that is tolerated. It keeps bodies at rest from trembling.
@@ -34,8 +45,8 @@ pub(crate) const OVERLAP_TOLERANCE_MM: f32 = 0.05;
 const COORDINATE_MM_MAX: f32 = 1e7;
 
 impl Obstacle {
-    /// Returns the obstacle without negative sizes; `None` if a number is not finite or too large
-    /// for the arithmetic.
+    /// Returns the obstacle without negative sizes, and with a direction of length 1; `None` if a
+    /// number is not finite or too large for the arithmetic, or if there is no direction.
     fn sound(self) -> Option<Self> {
         let (sound, numbers) = match self {
             Obstacle::Segment { from, to } => (self, [from.0, from.1, to.0, to.1]),
@@ -45,6 +56,11 @@ impl Obstacle {
             Obstacle::Box { x, y, width, height } => {
                 let (width, height) = (width.abs(), height.abs());
                 (Obstacle::Box { x, y, width, height }, [x, y, width, height])
+            }
+            Obstacle::TurnedBox { x, y, width, height, along } => {
+                let along = direction(along)?;
+                let (width, height) = (width.abs(), height.abs());
+                (Obstacle::TurnedBox { x, y, width, height, along }, [x, y, width, height])
             }
         };
         numbers.iter().all(|number| number.abs() < COORDINATE_MM_MAX).then_some(sound)
@@ -62,6 +78,12 @@ impl Obstacle {
             }
             Obstacle::Box { x, y, width, height } => {
                 ((x - width / 2.0, y - height / 2.0), (x + width / 2.0, y + height / 2.0))
+            }
+            Obstacle::TurnedBox { x, y, width, height, along } => {
+                let (cos, sin) = (along.0.abs(), along.1.abs());
+                let (half_x, half_y) =
+                    ((width * cos + height * sin) / 2.0, (width * sin + height * cos) / 2.0);
+                ((x - half_x, y - half_y), (x + half_x, y + half_y))
             }
         }
     }
@@ -84,9 +106,9 @@ impl Obstacle {
             Obstacle::Box { x: cx, y: cy, width, height } => {
                 let (dx, dy) = (x - cx, y - cy);
                 let (half_x, half_y) = (width / 2.0, height / 2.0);
-                if dx.abs() < half_x && dy.abs() < half_y {
-                    // The middle of the disc is inside of the box: push it out through the nearest
-                    // side.
+                if dx.abs() <= half_x && dy.abs() <= half_y {
+                    // The middle of the disc is inside of the box or on its rim: push it out
+                    // through the nearest side.
                     return Some(if half_x - dx.abs() < half_y - dy.abs() {
                         (cx + (half_x + radius_mm).copysign(dx), y)
                     } else {
@@ -95,6 +117,13 @@ impl Obstacle {
                 }
                 let nearest = (cx + dx.clamp(-half_x, half_x), cy + dy.clamp(-half_y, half_y));
                 away(x, y, nearest.0, nearest.1, radius_mm, (1.0, 0.0))
+            }
+            Obstacle::TurnedBox { x: cx, y: cy, width, height, along } => {
+                let straight = Obstacle::Box { x: 0.0, y: 0.0, width, height };
+                let (here_x, here_y) = turned_back((x - cx, y - cy), along);
+                let free = straight.push_out(here_x, here_y, radius_mm)?;
+                let (dx, dy) = turned(free, along);
+                Some((cx + dx, cy + dy))
             }
         }
     }

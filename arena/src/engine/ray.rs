@@ -1,6 +1,6 @@
 //! Lines of sight.
 
-use super::geometry::{Area, Pose};
+use super::geometry::{Area, Pose, turned_back};
 use super::obstacle::Obstacle;
 
 /// The direction of a range finder of the Multi-ranger deck.
@@ -15,6 +15,10 @@ pub enum Side {
     /// A quarter turn clockwise from the heading.
     Right,
 }
+
+/// The share by which segments are longer for lines of sight, at their own length as the distance:
+/// a few times the rounding error. Else a line through a corner could pass between its two sides.
+const ROUNDING: f32 = 1e-6;
 
 /// A line of sight from a point.
 #[derive(Clone, Copy, Debug)]
@@ -69,7 +73,8 @@ impl Ray {
         }
         let distance = (ax * by - ay * bx) / across;
         let part = (ax * self.along.1 - ay * self.along.0) / across;
-        (distance >= 0.0 && (0.0..=1.0).contains(&part)).then_some(distance)
+        let slack = ROUNDING * (1.0 + (ax.abs() + ay.abs()) / (bx.abs() + by.abs()));
+        (distance >= 0.0 && (-slack..=1.0 + slack).contains(&part)).then_some(distance)
     }
 
     pub(crate) fn to_obstacle(self, obstacle: &Obstacle) -> Option<f32> {
@@ -77,11 +82,20 @@ impl Ray {
             Obstacle::Segment { from, to } => self.to_segment(from, to),
             Obstacle::Round { x, y, radius } => self.to_disc(x, y, radius),
             Obstacle::Box { x, y, width, height } => {
-                let area = Area { width, height };
-                let moved = Ray { x: self.x - x, y: self.y - y, ..self };
-                if area.contains(moved.x, moved.y) { Some(0.0) } else { moved.to_rim(area) }
+                Ray { x: self.x - x, y: self.y - y, ..self }.to_box(Area { width, height })
+            }
+            Obstacle::TurnedBox { x, y, width, height, along } => {
+                let (here_x, here_y) = turned_back((self.x - x, self.y - y), along);
+                let ray = Ray { x: here_x, y: here_y, along: turned_back(self.along, along) };
+                ray.to_box(Area { width, height })
             }
         }
+    }
+
+    /// Returns the distance to a rectangle around the origin: 0 from a point inside, `None` if the
+    /// line misses it.
+    fn to_box(self, area: Area) -> Option<f32> {
+        if area.contains(self.x, self.y) { Some(0.0) } else { self.to_rim(area) }
     }
 
     /// Returns the distance to the nearest side of a rectangle around the origin.
@@ -90,5 +104,90 @@ impl Ray {
         let corners = [(x, y), (-x, y), (-x, -y), (x, -y)];
         let sides = [0, 1, 2, 3].map(|i| self.to_segment(corners[i], corners[(i + 1) % 4]));
         sides.into_iter().flatten().reduce(f32::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::geometry::turned;
+    use crate::engine::stream::Stream;
+
+    fn ray(x: f32, y: f32, degrees: f32) -> Ray {
+        Ray::towards(&Pose::new(x, y, 0.0), degrees.to_radians())
+    }
+
+    fn turned_box(width: f32, height: f32, degrees: f32) -> Obstacle {
+        let (sin, cos) = libm::sincosf(degrees.to_radians());
+        Obstacle::TurnedBox { x: 10.0, y: 20.0, width, height, along: (cos, sin) }
+    }
+
+    /// A box of 100 mm by 40 mm at (10, 20), whose width rises by 90 degrees: x from -10 to 30, y
+    /// from -30 to 70.
+    #[test]
+    fn distances_to_a_turned_box() {
+        let turned = turned_box(100.0, 40.0, 90.0);
+        for (ray, expected) in [
+            (ray(-60.0, 0.0, 0.0), Some(50.0)),
+            (ray(-60.0, 0.0, 180.0), None),
+            (ray(-60.0, 71.0, 0.0), None),
+            (ray(0.0, -80.0, 90.0), Some(50.0)),
+            // 50 mm to the right and up, to the lower left corner.
+            (ray(-60.0, -80.0, 45.0), Some(50.0 * core::f32::consts::SQRT_2)),
+            // Inside, and on the left side.
+            (ray(0.0, 0.0, 123.0), Some(0.0)),
+            (ray(-10.0, 0.0, 0.0), Some(0.0)),
+        ] {
+            let found = ray.to_obstacle(&turned);
+            let fits = match (found, expected) {
+                (Some(found), Some(expected)) => (found - expected).abs() < 0.001,
+                (found, expected) => found == expected,
+            };
+            assert!(fits, "{ray:?}: {found:?} instead of {expected:?}");
+        }
+    }
+
+    /// Lines that pass exactly through a corner of a box, of the same box turned, of its sides as
+    /// thin walls, and of a room around the observer.
+    #[test]
+    fn no_line_slips_through_a_corner() {
+        let mut stream = Stream::for_brain(1, 1);
+        for _ in 0..20_000 {
+            let (width, height) = (20.0 + 300.0 * stream.unit(), 20.0 + 300.0 * stream.unit());
+            let distance = 10.0 + 1000.0 * stream.unit();
+            let degrees = 190.0 + 70.0 * stream.unit();
+            let start = |corner: (f32, f32), turn: f32| {
+                let way = ray(corner.0, corner.1, degrees + turn);
+                let (x, y) = way.at(-distance);
+                Ray { x, y, ..way }
+            };
+            let corner = (width / 2.0, height / 2.0);
+            let straight = Obstacle::Box { x: 0.0, y: 0.0, width, height };
+            let of_box = start(corner, 0.0).to_obstacle(&straight);
+
+            let turn = 360.0 * stream.unit();
+            let (sin, cos) = libm::sincosf(turn.to_radians());
+            let (x, y) = turned(corner, (cos, sin));
+            let aslant = turned_box(width, height, turn);
+            let of_turned = start((10.0 + x, 20.0 + y), turn).to_obstacle(&aslant);
+
+            let sides = [(-width / 2.0, corner.1), (corner.0, -height / 2.0)];
+            let walls = sides.map(|from| Obstacle::Segment { from, to: corner });
+            let of_walls = walls.map(|wall| start(corner, 0.0).to_obstacle(&wall));
+            let nearest = of_walls.into_iter().flatten().reduce(f32::min);
+
+            let inside = distance.min(0.9 * width.min(height));
+            let way = ray(corner.0, corner.1, degrees);
+            let (x, y) = way.at(inside);
+            let room = Ray { x, y, along: (-way.along.0, -way.along.1) };
+            let of_room = room.to_rim(Area { width, height });
+
+            for (found, expected) in
+                [(of_box, distance), (of_turned, distance), (nearest, distance), (of_room, inside)]
+            {
+                let found = found.unwrap_or(f32::INFINITY);
+                assert!((found - expected).abs() < 0.01, "{found} instead of {expected}");
+            }
+        }
     }
 }

@@ -3,11 +3,11 @@
 use core::convert::Infallible;
 
 use super::body::Moment;
-use super::brain::{Brain, Controls, Io, Sensors, TickFrames};
+use super::brain::{Brain, Controls, Io, Scene, Sensors, TickFrames};
+use super::environment::Ground;
 use super::geometry::Pose;
 use super::herd::{Cohort, Herd};
 use super::id::RobotId;
-use super::light::Lamp;
 use super::link::{Attempt, Ether, Listener, Medium, Senders, Window};
 use super::ranger::Sight;
 use super::robot::{EngineRobot, RobotState};
@@ -19,10 +19,7 @@ use super::{TICK_S, TICK_US};
 /// The data that all robots share while their brains run.
 struct Surroundings<'a> {
     ether: [Ether<'a>; Medium::COUNT],
-    sight: Sight<'a>,
-    lights: &'a [Lamp],
-    ambient: f32,
-    herds: &'a [Herd],
+    scene: Scene<'a>,
     seed: u64,
     now: u64,
     is_watched: bool,
@@ -87,6 +84,7 @@ impl<B: Brain> World<B> {
             herds,
             cohorts,
             obstacles,
+            ground,
             lights,
             crowd,
             air,
@@ -97,12 +95,18 @@ impl<B: Brain> World<B> {
             pool,
             ..
         } = self;
+        if let Some(ground) = ground {
+            ground.sense(cohorts, herds, poses);
+        }
         let around = Surroundings {
             ether: air.each_ref().map(|air| Ether { air, topology, calibration }),
-            sight: Sight { area: settings.area, obstacles, crowd },
-            lights,
-            ambient: settings.ambient_light,
-            herds,
+            scene: Scene {
+                sight: Sight { area: settings.area, obstacles, crowd },
+                herds,
+                ambient: settings.ambient_light,
+                lights,
+                ground: ground.as_ref().map_or(&[], Ground::values),
+            },
             seed: settings.seed,
             now: *now,
             is_watched: frame_log.is_some(),
@@ -226,7 +230,7 @@ fn parts<'a, B>(
 impl<B: Brain> CohortPart<'_, B> {
     fn think(self, around: &Surroundings<'_>) {
         let CohortPart { cohort, scratch, robots, brains, poses, estimates } = self;
-        let herd = &around.herds[usize::from(cohort.herd.0)];
+        let herd = &around.scene.herds[usize::from(cohort.herd.0)];
         let senses = poses.iter().zip(estimates);
         let robots = robots.iter_mut().zip(brains).zip(senses).enumerate();
         for (index, ((robot, brain), (pose, estimate))) in robots {
@@ -241,7 +245,9 @@ impl<B: Brain> CohortPart<'_, B> {
             if robot.state == RobotState::Running {
                 let id = RobotId((cohort.first + index) as u16);
                 let body = Controls { block: &mut *cohort.block, index };
-                let of = Thinker { id, robot, herd, body, pose, estimate: estimate.as_ref() };
+                let first_ground = cohort.ground_sensors_before + index * herd.ground_sensors.len();
+                let estimate = estimate.as_ref();
+                let of = Thinker { id, robot, herd, body, pose, estimate, first_ground };
                 of.think(brain, scratch, around);
             }
         }
@@ -257,12 +263,14 @@ struct Thinker<'a> {
     body: Controls<'a>,
     pose: &'a Pose,
     estimate: Option<&'a Pose>,
+    first_ground: usize,
 }
 
 impl Thinker<'_> {
     /// Receives frames, runs the brain, and plans the time when the link sends.
     fn think(self, brain: &mut impl Brain, scratch: &mut Scratch, around: &Surroundings<'_>) {
-        let Thinker { id, robot, herd: Herd { medium, media, .. }, body, pose, estimate } = self;
+        let Thinker { id, robot, herd, body, pose, estimate, first_ground } = self;
+        let Herd { medium, media, .. } = herd;
         let now = around.now;
         let ether = &around.ether[*medium as usize];
         let late = robot.radio.late.take_if(|late| late.due <= now);
@@ -288,13 +296,11 @@ impl Thinker<'_> {
             },
             sensors: Sensors {
                 id,
-                sight: around.sight,
-                herds: around.herds,
                 herd: robot.herd,
                 pose,
                 estimate,
-                ambient: around.ambient,
-                lights: around.lights,
+                first_ground,
+                scene: &around.scene,
             },
             led: &mut robot.led,
             body,

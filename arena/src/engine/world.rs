@@ -6,6 +6,7 @@ use super::TICK_S;
 use super::body::{BLOCK_ROBOTS_MAX, BodyModel, BodySize, Moment, substeps};
 use super::brain::Brain;
 use super::contact::Crowd;
+use super::environment::{Environment, Ground};
 use super::error::{AddError, SettingsError, UnknownRobot};
 use super::geometry::Pose;
 use super::herd::{Cohort, Herd, HerdId};
@@ -38,6 +39,8 @@ pub struct World<B> {
     /// All robots, grouped by herd in the order of their ids.
     pub(crate) cohorts: Vec<Cohort>,
     pub(crate) obstacles: Obstacles,
+    /// `None` if the ground is white everywhere.
+    pub(crate) ground: Option<Ground>,
     pub(crate) lights: Vec<Lamp>,
     pub(crate) crowd: Crowd,
     pub(crate) substeps: u32,
@@ -68,6 +71,7 @@ impl<B: Brain> World<B> {
             herds: Vec::new(),
             cohorts: Vec::new(),
             obstacles: Obstacles::new(area),
+            ground: None,
             lights: Vec::new(),
             crowd: Crowd::new(area),
             substeps: 1,
@@ -102,7 +106,16 @@ impl<B: Brain> World<B> {
         self.obstacles.admit(shape.radius_mm);
         self.crowd.add_herd(shape, model.crash_speed_mm_s());
         let has_positioning = model.has_positioning();
-        self.herds.push(Herd { model, shape, medium, media, link, has_positioning });
+        let ground_sensors = model.ground_sensors();
+        self.herds.push(Herd {
+            model,
+            shape,
+            medium,
+            media,
+            link,
+            has_positioning,
+            ground_sensors,
+        });
         Ok(HerdId(number))
     }
 
@@ -123,7 +136,17 @@ impl<B: Brain> World<B> {
         let is_open = |last: &Cohort| last.herd == herd && last.count < BLOCK_ROBOTS_MAX;
         if !self.cohorts.last().is_some_and(is_open) {
             let block = model.block(TICK_S / self.substeps as f32);
-            self.cohorts.push(Cohort { herd, first: index, count: 0, block });
+            let ground_sensors_before = self.cohorts.last().map_or(0, |last| {
+                let of_each = self.herds[usize::from(last.herd.0)].ground_sensors.len();
+                last.ground_sensors_before + last.count * of_each
+            });
+            self.cohorts.push(Cohort {
+                herd,
+                first: index,
+                count: 0,
+                ground_sensors_before,
+                block,
+            });
             self.scratch.push(Scratch::default());
         }
         let cohort = (self.cohorts.len() - 1) as u32;
@@ -164,6 +187,12 @@ impl<B: Brain> World<B> {
     #[must_use]
     pub fn obstacles(&self) -> &[Obstacle] {
         self.obstacles.all()
+    }
+
+    /// Sets the environment that ground sensors read: the brightness of the ground, 0 (black) to 1
+    /// (white). Without one the ground is white.
+    pub fn set_ground(&mut self, environment: impl Environment + 'static) {
+        self.ground = Some(Ground::new(Box::new(environment)));
     }
 
     /// Adds a lamp.

@@ -32,12 +32,13 @@ impl<B: Brain> World<B> {
             (herd.0, cohort, state, led, crashes).hash(digest);
             radio.add_to(digest);
         }
-        for Cohort { herd, first, count, block } in &self.cohorts {
+        for Cohort { herd, first, count, block, .. } in &self.cohorts {
             (herd.0, first, count).hash(digest);
             digest.text_of(block);
         }
         self.stations.iter().for_each(|station| station.add_to(digest));
         digest.text_of(&self.obstacles.all());
+        self.ground.iter().for_each(|ground| digest.text_of(&ground.environment));
         digest.text_of(&self.lights);
         self.crowd.add_to(digest);
         self.air.iter().for_each(|air| air.add_to(digest));

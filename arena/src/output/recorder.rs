@@ -5,7 +5,8 @@ use crate::run::Simulation;
 use crate::scenario::{self, Scenario};
 
 use super::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordedRobot, RecordingHeader, RobotStatus,
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
+    RecordingHeader, RobotStatus,
 };
 
 /// Returns the header of a recording of this run.
@@ -20,18 +21,31 @@ pub fn header(simulation: &Simulation) -> RecordingHeader {
         size: world.size.map(|side| side as u32),
         tick_ms: crate::engine::TICK_US / 1000,
         bodies: (0..simulation.robot_count()).map(body).collect(),
+        ground: world.ground.iter().map(patch).collect(),
         obstacles: world.obstacles.iter().map(obstacle).collect(),
+    }
+}
+
+fn patch(patch: &scenario::PatchSection) -> RecordedPatch {
+    let brightness = (patch.brightness * 1000.0).round() as u32;
+    RecordedPatch { shape: shape(patch.shape), brightness }
+}
+
+fn shape(shape: scenario::Shape) -> RecordedShape {
+    match shape {
+        scenario::Shape::Disc { at: [x, y], radius } => {
+            RecordedShape::Disc([x, y, radius].map(tenths))
+        }
+        scenario::Shape::Block { at: [x, y], size: [width, height], heading } => {
+            let [x, y, width, height] = [x, y, width, height].map(tenths);
+            RecordedShape::Block([x, y, width, height, turn(heading / 360.0).into()])
+        }
     }
 }
 
 fn obstacle(obstacle: &scenario::ObstacleSection) -> RecordedObstacle {
     let outline = match obstacle.outline {
-        scenario::Outline::Disc { at: [x, y], radius } => {
-            RecordedOutline::Disc([x, y, radius].map(tenths))
-        }
-        scenario::Outline::Block { at: [x, y], size: [width, height] } => {
-            RecordedOutline::Block([x, y, width, height].map(tenths))
-        }
+        scenario::Outline::Shape(of) => RecordedOutline::Shape(shape(of)),
         scenario::Outline::Wall([x, y], [to_x, to_y]) => {
             RecordedOutline::Wall([x, y, to_x, to_y].map(tenths))
         }
@@ -47,12 +61,16 @@ fn tenths(mm: f64) -> i32 {
     (mm * 10.0).round() as i32
 }
 
+/// Converts full turns to 1/65536 of a turn.
+fn turn(turns: f64) -> u16 {
+    (turns * 65_536.0).round() as i32 as u16
+}
+
 /// Returns the current state of every robot; `None` for a robot that has not joined.
 pub fn robots(simulation: &Simulation) -> Vec<Option<RecordedRobot>> {
     let robot = |number: usize| {
         let view = simulation.view(number)?;
         let place = |mm: f32| (mm * 10.0).round() as i32;
-        let turn = f64::from(view.pose.heading) / std::f64::consts::TAU;
         let state = match view.state {
             RobotState::Running if simulation.is_faulted(number) => RobotStatus::Faulted,
             RobotState::Running => RobotStatus::Running,
@@ -63,7 +81,7 @@ pub fn robots(simulation: &Simulation) -> Vec<Option<RecordedRobot>> {
             x: place(view.pose.x),
             y: place(view.pose.y),
             z: place(view.pose.z),
-            heading: (turn * 65_536.0).round() as i32 as u16,
+            heading: turn(f64::from(view.pose.heading) / std::f64::consts::TAU),
             led: view.led,
             state,
         })

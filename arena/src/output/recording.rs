@@ -7,7 +7,8 @@
 //! };
 //!
 //! let bodies = vec![RecordedBody { id: 0, radius: 165 }, RecordedBody { id: 1, radius: 165 }];
-//! let header = RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, obstacles: Vec::new() };
+//! let (ground, obstacles) = (Vec::new(), Vec::new());
+//! let header = RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, ground, obstacles };
 //! let mut file = Vec::new();
 //! let mut writer = RecordingWriter::new(&mut file, &header)?;
 //! let robot = RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: RobotStatus::Running };
@@ -31,7 +32,7 @@ pub use reader::{RecordingError, RecordingReader};
 const MAGIC: &[u8; 6] = b"bbzrec";
 
 /// Version of the format.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
 /// The data that hold for a whole recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,6 +43,8 @@ pub struct RecordingHeader {
     pub tick_ms: u32,
     /// The robots.
     pub bodies: Vec<RecordedBody>,
+    /// The painted parts of the ground, later ones over earlier ones. The rest is white.
+    pub ground: Vec<RecordedPatch>,
     /// The obstacles, which never move.
     pub obstacles: Vec<RecordedObstacle>,
 }
@@ -65,29 +68,57 @@ pub struct RecordedObstacle {
     pub height: Option<u32>,
 }
 
+/// A painted part of the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordedPatch {
+    pub shape: RecordedShape,
+    /// Thousandths, from 0 (black) to 1000 (white).
+    pub brightness: u32,
+}
+
 /// The outline of an obstacle, in tenths of mm from the middle of the world.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RecordedOutline {
-    /// A disc: x and y of its center, and its radius.
-    Disc([i32; 3]),
-    /// A box along the axes: x and y of its center, width and height.
-    Block([i32; 4]),
+    Shape(RecordedShape),
     /// A thin wall: x and y of both ends.
     Wall([i32; 4]),
 }
 
+/// A shape on the ground, in tenths of mm from the middle of the world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RecordedShape {
+    /// A disc: x and y of its center, and its radius.
+    Disc([i32; 3]),
+    /// A box: x and y of its center, width, height, and the direction of the width in 1/65536 of a
+    /// full turn, 0 along x, anticlockwise.
+    Block([i32; 5]),
+}
+
 impl RecordedOutline {
-    /// Returns the byte that encodes the form, and the numbers of the form.
-    fn parts(&self) -> (u8, &[i32]) {
+    fn put(&self, bytes: &mut Vec<u8>) {
         match self {
-            RecordedOutline::Disc(numbers) => (DISC, numbers),
-            RecordedOutline::Block(numbers) => (BLOCK, numbers),
-            RecordedOutline::Wall(numbers) => (WALL, numbers),
+            RecordedOutline::Shape(shape) => shape.put(bytes),
+            RecordedOutline::Wall(numbers) => put_form(bytes, WALL, numbers),
         }
     }
 }
 
-/// Bytes that encode the forms of obstacles.
+impl RecordedShape {
+    fn put(&self, bytes: &mut Vec<u8>) {
+        match self {
+            RecordedShape::Disc(numbers) => put_form(bytes, DISC, numbers),
+            RecordedShape::Block(numbers) => put_form(bytes, BLOCK, numbers),
+        }
+    }
+}
+
+/// Writes the byte that encodes a form, and the numbers of the form.
+fn put_form(bytes: &mut Vec<u8>, form: u8, numbers: &[i32]) {
+    bytes.push(form);
+    numbers.iter().for_each(|number| put_signed(bytes, i64::from(*number)));
+}
+
+/// Bytes that encode the forms of outlines.
 const DISC: u8 = 0;
 const BLOCK: u8 = 1;
 const WALL: u8 = 2;
@@ -158,11 +189,14 @@ impl<W: Write> RecordingWriter<W> {
         put(&mut bytes, header.bodies.len() as u64);
         put_differences(&mut bytes, header.bodies.iter().map(|body| i64::from(body.id)));
         put_differences(&mut bytes, header.bodies.iter().map(|body| i64::from(body.radius)));
+        put(&mut bytes, header.ground.len() as u64);
+        for RecordedPatch { shape, brightness } in &header.ground {
+            shape.put(&mut bytes);
+            put(&mut bytes, u64::from(*brightness));
+        }
         put(&mut bytes, header.obstacles.len() as u64);
         for RecordedObstacle { outline, height } in &header.obstacles {
-            let (form, numbers) = outline.parts();
-            bytes.push(form);
-            numbers.iter().for_each(|number| put_signed(&mut bytes, i64::from(*number)));
+            outline.put(&mut bytes);
             put(&mut bytes, height.map_or(0, |height| 1 + u64::from(height)));
         }
         output.write_all(&bytes)?;

@@ -1,6 +1,6 @@
 //! A picture of the trajectories of robots.
 
-use crate::scenario::{Outline, WorldSection};
+use crate::scenario::{Outline, Shape, WorldSection};
 
 use super::history::History;
 use super::svg::{Svg, color};
@@ -13,7 +13,10 @@ const MARGIN: f64 = 10.0;
 /// is drawn.
 const WAYS_MAX: usize = 500;
 
-/// Draws the world with obstacles and lights, and the trajectory of each robot, with a ring at its
+/// The gray of black paint, light enough that trajectories are visible on it.
+const BLACK: f64 = 80.0;
+
+/// Draws the world with its paint, obstacles and lights, and the trajectory of each robot, with a ring at its
 /// start and a dot at its end.
 pub fn trajectories(world: &WorldSection, history: &History) -> String {
     let [width, height] = world.size;
@@ -22,6 +25,22 @@ pub fn trajectories(world: &WorldSection, history: &History) -> String {
         [MARGIN + (x + width / 2.0) * scale, MARGIN + (height / 2.0 - y) * scale]
     };
     let mut svg = Svg::new(width * scale + 2.0 * MARGIN, height * scale + 2.0 * MARGIN);
+    if !world.ground.is_empty() {
+        // Paint may reach beyond the world.
+        svg.put(format_args!(
+            "<clipPath id=\"world\"><rect x=\"{MARGIN}\" y=\"{MARGIN}\" width=\"{:.1}\" height=\"{:.1}\"/></clipPath>\n\
+             <g clip-path=\"url(#world)\">\n",
+            width * scale,
+            height * scale
+        ));
+    }
+    for patch in &world.ground {
+        let gray = BLACK + (255.0 - BLACK) * patch.brightness;
+        fill(&mut svg, patch.shape, place, scale, &format!("rgb({gray:.0},{gray:.0},{gray:.0})"));
+    }
+    if !world.ground.is_empty() {
+        svg.put(format_args!("</g>\n"));
+    }
     svg.put(format_args!(
         "<rect x=\"{MARGIN}\" y=\"{MARGIN}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"black\"/>\n",
         width * scale,
@@ -33,19 +52,7 @@ pub fn trajectories(world: &WorldSection, history: &History) -> String {
     }
     for obstacle in &world.obstacles {
         match obstacle.outline {
-            Outline::Disc { at, radius } => {
-                let ([x, y], radius) = (place(at), radius * scale);
-                svg.put(format_args!(
-                    "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"silver\"/>\n"
-                ));
-            }
-            Outline::Block { at, size } => {
-                let [x, y] = place([at[0] - size[0] / 2.0, at[1] + size[1] / 2.0]);
-                let [width, height] = size.map(|side| side * scale);
-                svg.put(format_args!(
-                    "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"silver\"/>\n"
-                ));
-            }
+            Outline::Shape(shape) => fill(&mut svg, shape, place, scale, "silver"),
             Outline::Wall(from, to) => svg.line([place(from), place(to)].into_iter(), "black", 2.0),
         }
     }
@@ -68,6 +75,38 @@ pub fn trajectories(world: &WorldSection, history: &History) -> String {
         }
     }
     svg.finish()
+}
+
+/// Fills a shape with a color. `place` and `scale` convert places and lengths to those of the
+/// picture.
+fn fill(
+    svg: &mut Svg,
+    shape: Shape,
+    place: impl Fn([f64; 2]) -> [f64; 2],
+    scale: f64,
+    color: &str,
+) {
+    match shape {
+        Shape::Disc { at, radius } => {
+            let ([x, y], radius) = (place(at), radius * scale);
+            svg.put(format_args!(
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"{color}\"/>\n"
+            ));
+        }
+        Shape::Block { at, size, heading } => {
+            let ([x, y], [width, height]) = (place(at), size.map(|side| side * scale));
+            let (left, top) = (x - width / 2.0, y - height / 2.0);
+            // A positive angle is clockwise in SVG.
+            let turn = match heading {
+                0.0 => String::new(),
+                _ => format!(" transform=\"rotate({} {x:.1} {y:.1})\"", -heading),
+            };
+            svg.put(format_args!(
+                "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
+                 fill=\"{color}\"{turn}/>\n"
+            ));
+        }
+    }
 }
 
 /// Leaves out points that are too near to the one before to be distinguished.

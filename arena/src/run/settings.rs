@@ -1,7 +1,9 @@
 //! The translation of a scenario's settings to those of the engine.
 
 use crate::engine::{self, Medium};
-use crate::scenario::{Group, LampSection, LossSetting, MediumSettings, Outline, Scenario};
+use crate::scenario::{
+    Group, LampSection, LossSetting, MediumSettings, Outline, PatchSection, Scenario, Shape,
+};
 
 /// The engine's settings for a run.
 pub fn settings(scenario: &Scenario, seed: u32, threads: usize) -> engine::WorldSettings {
@@ -67,18 +69,47 @@ pub fn engine_light(light: LampSection) -> engine::Lamp {
 }
 
 pub fn engine_obstacle(outline: Outline) -> engine::Obstacle {
-    let point = |at: [f64; 2]| at.map(|axis| axis as f32);
     match outline {
-        Outline::Disc { at, radius } => {
+        Outline::Shape(Shape::Disc { at, radius }) => {
             let [x, y] = point(at);
             engine::Obstacle::Round { x, y, radius: radius as f32 }
         }
-        Outline::Block { at, size } => {
+        Outline::Shape(Shape::Block { at, size, heading }) => {
             let ([x, y], [width, height]) = (point(at), point(size));
-            engine::Obstacle::Box { x, y, width, height }
+            if heading == 0.0 {
+                engine::Obstacle::Box { x, y, width, height }
+            } else {
+                engine::Obstacle::TurnedBox { x, y, width, height, along: along(heading) }
+            }
         }
         Outline::Wall(from, to) => {
             engine::Obstacle::Segment { from: point(from).into(), to: point(to).into() }
         }
     }
+}
+
+/// Returns the ground of a world.
+pub fn engine_ground(patches: &[PatchSection]) -> engine::PaintedGround {
+    let patch = |patch: &PatchSection| {
+        let (at, shape) = match patch.shape {
+            Shape::Disc { at, radius } => (at, engine::PatchShape::Disc(radius as f32)),
+            Shape::Block { at, size, heading } => {
+                let ([width, height], along) = (point(size), along(heading));
+                (at, engine::PatchShape::Box { width, height, along })
+            }
+        };
+        let [x, y] = point(at);
+        engine::Patch { x, y, shape, brightness: patch.brightness as f32 }
+    };
+    engine::PaintedGround::new(patches.iter().map(patch))
+}
+
+fn point(at: [f64; 2]) -> [f32; 2] {
+    at.map(|axis| axis as f32)
+}
+
+/// Returns the vector of length 1 in a direction in degrees.
+fn along(heading: f64) -> (f32, f32) {
+    let (sin, cos) = libm::sincos(heading.to_radians());
+    (cos as f32, sin as f32)
 }

@@ -54,7 +54,9 @@ use super::observer::{self, Observer};
 use super::place::poses;
 use super::program::Program;
 use super::quantity::{QuantityProbe, QuantityReading};
-use super::settings::{engine_light, engine_loss, engine_obstacle, media, media_of, settings};
+use super::settings::{
+    engine_ground, engine_light, engine_loss, engine_obstacle, media, media_of, settings,
+};
 use super::setup::Setup;
 use super::summary::{FaultOf, OverrunSummary, Summary, Unusable};
 use super::swarm::measure;
@@ -97,6 +99,9 @@ impl Simulation {
             .map(|group| world.add_herd(group.model.clone(), media_of(scenario, media, group)));
         let herds: Result<Vec<HerdId>, _> = herds.collect();
         let herds = herds.map_err(settings_error)?;
+        if !scenario.world.ground.is_empty() {
+            world.set_ground(engine_ground(&scenario.world.ground));
+        }
         for obstacle in &scenario.world.obstacles {
             let height = obstacle.height.map_or(f32::INFINITY, |height| height as f32);
             world.add_obstacle_of_height(engine_obstacle(obstacle.outline), height);

@@ -28,6 +28,8 @@ pub struct SectionKeys {
 pub const ROOT: &str = "the file";
 /// The ground, light and time.
 pub const WORLD: &str = "[world]";
+/// A painted part of the ground.
+pub const PATCH: &str = "this patch of the ground";
 /// An obstacle of the world.
 pub const OBSTACLE: &str = "this obstacle";
 /// A lamp.
@@ -93,7 +95,7 @@ pub const SECTIONS: &[SectionKeys] = &[
     SectionKeys {
         name: ROOT,
         keys: scenario_keys![
-            "world" "table" "" "size of the ground, duration, obstacles and lights",
+            "world" "table" "" "size of the ground, its paint, duration, obstacles and lights",
             "robots" "tables" "" "groups of robots; at least one",
             "body" "table" "of the models" "models of the bodies, for each kind of robot",
             "medium" "table" "of the models" "carriers of frames",
@@ -111,9 +113,20 @@ pub const SECTIONS: &[SectionKeys] = &[
             "size" "[width, height]" "" "size of the ground in mm; (0, 0) is its center, x points to the right, y up",
             "duration" "number" "" "simulated time in seconds",
             "seed" "integer" "1" "seed of all random numbers",
+            "ground" "list of tables" "white" "painted discs and boxes, later ones over earlier ones",
             "obstacles" "list of tables" "none" "discs, boxes and walls that block robots",
             "lights" "list of lights" "none" "lamps: tables, or only their positions as [x, y]",
             "ambient" "0 to 1023" "0" "light everywhere, as a reading of the light sensor",
+        ],
+    },
+    SectionKeys {
+        name: PATCH,
+        keys: scenario_keys![
+            "at" "[x, y]" "" "center in mm",
+            "radius" "number" "" "radius of a disc, in mm",
+            "size" "[width, height]" "" "size of a box, in mm",
+            "heading" "degrees" "0" "direction of the width of a box, counterclockwise from x",
+            "brightness" "0 to 1" "0" "0 is black, 1 is white",
         ],
     },
     SectionKeys {
@@ -121,7 +134,8 @@ pub const SECTIONS: &[SectionKeys] = &[
         keys: scenario_keys![
             "at" "[x, y]" "" "center of a disc or box, in mm",
             "radius" "number" "" "radius of a disc, in mm",
-            "size" "[width, height]" "" "size of a box along the axes, in mm",
+            "size" "[width, height]" "" "size of a box, in mm",
+            "heading" "degrees" "0" "direction of the width of a box, counterclockwise from x",
             "from" "[x, y]" "" "start of a thin wall, in mm",
             "to" "[x, y]" "" "end of the wall, in mm",
             "height" "number" "unlimited" "height in mm; robots at this height or above pass over the obstacle",

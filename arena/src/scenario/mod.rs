@@ -56,7 +56,7 @@ pub use read::{Entry, Section};
 pub use select::Selection;
 pub(crate) use space::{Space, length_up};
 pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
-pub use world::{LampSection, ObstacleSection, Outline, WorldSection};
+pub use world::{LampSection, ObstacleSection, Outline, PatchSection, Shape, WorldSection};
 
 /// A scenario that can be run.
 #[derive(Debug, Clone)]
@@ -202,6 +202,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     // all.
     let boundless = WorldSection {
         size: [f64::MAX; 2],
+        ground: Vec::new(),
         obstacles: Vec::new(),
         lights: Vec::new(),
         ambient: 0.0,

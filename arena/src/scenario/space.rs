@@ -9,7 +9,7 @@ use super::error::ScenarioCause;
 use super::event::{MoveTarget, ScheduledEvent, WorldChange};
 use super::group::{Group, Placement, Standing};
 use super::read::Section;
-use super::world::{ObstacleSection, Outline, WorldSection};
+use super::world::{ObstacleSection, Outline, Shape, WorldSection};
 
 /// Placed bodies by the square cell of the ground, so that only near ones are compared. Empty cells
 /// take no memory, however large the world is.
@@ -210,9 +210,12 @@ fn distance(one: [f64; 2], other: [f64; 2]) -> f64 {
 /// Returns the distance from a point to an obstacle; at most 0 inside.
 fn gap(outline: Outline, point: [f64; 2]) -> f64 {
     match outline {
-        Outline::Disc { at, radius } => distance(at, point) - radius,
-        Outline::Block { at, size } => {
-            let beyond = |axis: usize| ((point[axis] - at[axis]).abs() - size[axis] / 2.0).max(0.0);
+        Outline::Shape(Shape::Disc { at, radius }) => distance(at, point) - radius,
+        Outline::Shape(Shape::Block { at, size, heading }) => {
+            let (sin, cos) = libm::sincos(heading.to_radians());
+            let [dx, dy] = [point[0] - at[0], point[1] - at[1]];
+            let here = [dx * cos + dy * sin, dy * cos - dx * sin];
+            let beyond = |axis: usize| (here[axis].abs() - size[axis] / 2.0).max(0.0);
             libm::hypot(beyond(0), beyond(1))
         }
         Outline::Wall(from, to) => {

@@ -1,10 +1,10 @@
-//! `[world]`: the ground, the obstacles on it, light and time.
+//! `[world]`: the ground, its paint, the obstacles on it, light and time.
 
 use bittybuzz_toml_reader::{TomlError, number_text};
 use toml::de::DeValue;
 
 use super::error::ScenarioCause;
-use super::keys::{LIGHT, OBSTACLE, WORLD};
+use super::keys::{LIGHT, OBSTACLE, PATCH, WORLD};
 use super::read::{Entry, Section};
 use super::time::seconds;
 
@@ -13,6 +13,8 @@ use super::time::seconds;
 pub struct WorldSection {
     /// Width and height in mm.
     pub size: [f64; 2],
+    /// The painted parts of the ground, later ones over earlier ones. The rest is white.
+    pub ground: Vec<PatchSection>,
     /// The obstacles on the ground.
     pub obstacles: Vec<ObstacleSection>,
     /// The lights at the start.
@@ -37,6 +39,14 @@ pub struct ObstacleSection {
 /// The outline of an obstacle, seen from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outline {
+    Shape(Shape),
+    /// A thin wall between two points.
+    Wall([f64; 2], [f64; 2]),
+}
+
+/// A shape on the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shape {
     /// A disc.
     Disc {
         /// The center in mm.
@@ -44,15 +54,23 @@ pub enum Outline {
         /// The radius in mm.
         radius: f64,
     },
-    /// A rectangle along the axes.
+    /// A rectangle.
     Block {
         /// The center in mm.
         at: [f64; 2],
         /// Width and height in mm.
         size: [f64; 2],
+        /// The direction of the width in degrees, 0 along x, anticlockwise.
+        heading: f64,
     },
-    /// A thin wall between two points.
-    Wall([f64; 2], [f64; 2]),
+}
+
+/// A painted part of the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PatchSection {
+    pub shape: Shape,
+    /// 0 (black) to 1 (white).
+    pub brightness: f64,
 }
 
 /// A lamp.
@@ -84,6 +102,7 @@ pub fn read(root: &Section<'_>) -> Option<WorldSection> {
     let duration = section.required("duration").and_then(|entry| seconds(&entry, DURATION));
     let mut world = WorldSection {
         size: size.unwrap_or([1e6; 2]),
+        ground: Vec::new(),
         obstacles: Vec::new(),
         lights: Vec::new(),
         ambient: section.number("ambient", BRIGHTNESS).unwrap_or(0.0),
@@ -91,6 +110,9 @@ pub fn read(root: &Section<'_>) -> Option<WorldSection> {
         // Without a valid duration, no time in the file is after the end.
         duration: duration.unwrap_or(*DURATION.end()),
     };
+    for item in section.get("ground").and_then(|entry| entry.list()).unwrap_or_default() {
+        world.ground.extend(patch(&item, &world));
+    }
     for item in section.get("obstacles").and_then(|entry| entry.list()).unwrap_or_default() {
         world.obstacles.extend(obstacle(&item, &world));
     }
@@ -102,6 +124,13 @@ pub fn read(root: &Section<'_>) -> Option<WorldSection> {
 
 const SIZE: &str = "two numbers as [width, height]";
 
+fn patch(entry: &Entry<'_>, world: &WorldSection) -> Option<PatchSection> {
+    let section = entry.section(PATCH)?;
+    let brightness = section.number("brightness", 0.0..=1.0).unwrap_or(0.0);
+    let (key, size) = section.one_of(&["radius", "size"])?;
+    Some(PatchSection { shape: shape(&section, key, &size, world)?, brightness })
+}
+
 fn obstacle(entry: &Entry<'_>, world: &WorldSection) -> Option<ObstacleSection> {
     let section = entry.section(OBSTACLE)?;
     let height = section.number("height", 1.0..=1e6);
@@ -109,27 +138,38 @@ fn obstacle(entry: &Entry<'_>, world: &WorldSection) -> Option<ObstacleSection> 
 }
 
 fn outline(section: &Section<'_>, world: &WorldSection) -> Option<Outline> {
-    let point = |key| section.required(key).and_then(|entry| point_inside(&entry, world));
-    let (key, shape) = section.one_of(&["radius", "size", "from"])?;
-    for (other, needs) in [("at", ["radius", "size"]), ("to", ["from", "from"])] {
-        if let Some(stray) = section.get(other).filter(|_| !needs.contains(&key)) {
-            stray.fail(ScenarioCause::Without { key: other, needs: needs[0] });
+    let (key, size) = section.one_of(&["radius", "size", "from"])?;
+    for (other, needs) in [("at", "radius"), ("heading", "size")] {
+        if let Some(stray) = section.get(other).filter(|_| key == "from") {
+            stray.fail(ScenarioCause::Without { key: other, needs });
         }
     }
-    Some(match key {
-        "radius" => {
-            let at = point("at");
-            Outline::Disc { radius: shape.number(1.0..=1e6)?, at: at? }
+    if key == "from" {
+        let to = section.required("to").and_then(|entry| point_inside(&entry, world));
+        return Some(Outline::Wall(point_inside(&size, world)?, to?));
+    }
+    if let Some(stray) = section.get("to") {
+        stray.fail(ScenarioCause::Without { key: "to", needs: "from" });
+    }
+    shape(section, key, &size, world).map(Outline::Shape)
+}
+
+/// Reads a disc or a box, whose `key` with the size is `radius` or `size`.
+fn shape(
+    section: &Section<'_>,
+    key: &str,
+    size: &Entry<'_>,
+    world: &WorldSection,
+) -> Option<Shape> {
+    let at = section.required("at").and_then(|entry| point_inside(&entry, world));
+    if key == "radius" {
+        if let Some(stray) = section.get("heading") {
+            stray.fail(ScenarioCause::Without { key: "heading", needs: "size" });
         }
-        "size" => {
-            let at = point("at");
-            Outline::Block { size: shape.numbers(SIZE, 1.0..=1e6)?, at: at? }
-        }
-        _ => {
-            let to = point("to");
-            Outline::Wall(point_inside(&shape, world)?, to?)
-        }
-    })
+        return Some(Shape::Disc { radius: size.number(1.0..=1e6)?, at: at? });
+    }
+    let heading = section.number("heading", -360.0..=360.0).unwrap_or(0.0);
+    Some(Shape::Block { size: size.numbers(SIZE, 1.0..=1e6)?, at: at?, heading })
 }
 
 /// Reads a lamp: a table, or only its position.

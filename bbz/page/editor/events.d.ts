@@ -34,7 +34,11 @@ end: number,
 /**
  * `null` outside the simulator.
  */
-seed: number | null, groups: Array<GroupDescription>, obstacles: Array<ObstacleDescription>, lights: Array<LightDescription>, media: Array<MediumDescription>, 
+seed: number | null, groups: Array<GroupDescription>, 
+/**
+ * Later patches lie over earlier ones.
+ */
+ground: Array<PatchDescription>, obstacles: Array<ObstacleDescription>, lights: Array<LightDescription>, media: Array<MediumDescription>, 
 /**
  * The times of the scenario's events.
  */
@@ -356,11 +360,13 @@ entries: Array<[ValueDescription, ValueDescription]>,
  */
 left_out: number, } | { function: string, self: ValueDescription, captures: Array<NamedValue>, } | { function: ValueDescription, self: ValueDescription, };
 
-export type ObstacleDescription = { at: [number, number], radius: number, height: number | null, } | { at: [number, number], size: [number, number], height: number | null, } | { from: [number, number], to: [number, number], height: number | null, };
+export type ObstacleDescription = { at: [number, number], radius: number, height: number | null, } | { at: [number, number], size: [number, number], heading: number, height: number | null, } | { from: [number, number], to: [number, number], height: number | null, };
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
 export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } & BeganEvent | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+
+export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
 export type QuantityEvent = { tick: number, name: string, 
 /**

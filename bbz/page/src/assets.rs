@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 27] = [
+const ASSETS: [Asset; 28] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("buzz.js", SCRIPT),
@@ -42,6 +42,7 @@ const ASSETS: [Asset; 27] = [
     asset!("main.js", SCRIPT),
     asset!("memory.js", SCRIPT),
     asset!("obstacles.js", SCRIPT),
+    asset!("paint.js", SCRIPT),
     asset!("pointer.js", SCRIPT),
     asset!("programs.js", SCRIPT),
     asset!("recording.js", SCRIPT),

@@ -1,11 +1,13 @@
 // The world as a drawing: SVG text, for papers.
 
+import { groundColor, paintColor } from "./paint.js";
+
 // mm around the world.
 const MARGIN = 30;
 
 /**
- * @import { ObstacleDescription } from "./events"
- * @import { Color, World } from "./page"
+ * @import { ObstacleDescription, PatchDescription } from "./events"
+ * @import { Color, Place, World } from "./page"
  * @import { View } from "./view.js"
  */
 
@@ -17,7 +19,12 @@ export function drawing(view) {
         return "";
     }
     const [width, height] = world.size;
-    const parts = [`<rect x="${-width / 2}" y="${-height / 2}" width="${width}" height="${height}" ${paint(colors.ground)} stroke="${rgb(colors.obstacle)}" stroke-width="2"/>`];
+    const parts = [`<rect x="${-width / 2}" y="${-height / 2}" width="${width}" height="${height}" ${paint(groundColor(world, colors))} stroke="${rgb(colors.obstacle)}" stroke-width="2"/>`];
+    if (world.ground.length > 0) {
+        // Paint may reach beyond the world.
+        parts.push(`<clipPath id="world"><rect x="${-width / 2}" y="${-height / 2}" width="${width}" height="${height}"/></clipPath>`);
+        parts.push(`<g clip-path="url(#world)">`, ...world.ground.map((patch) => shape(patch, paintColor(patch, colors))), "</g>");
+    }
     for (const { at: [x, y], brightness } of view.lights) {
         parts.push(`<circle cx="${x}" cy="${y}" r="14" ${paint(colors.light)} opacity="${Math.max(0.3, Math.min(1, brightness / 1023))}"/>`);
     }
@@ -49,12 +56,21 @@ function outline(obstacle, color) {
     if ("from" in obstacle) {
         return segment([...obstacle.from, ...obstacle.to], color, 4);
     }
-    const [x, y] = obstacle.at;
-    if ("radius" in obstacle) {
-        return `<circle cx="${x}" cy="${y}" r="${obstacle.radius}" ${paint(color)}/>`;
+    return shape(obstacle, color);
+}
+
+/**
+ * @param {Exclude<ObstacleDescription, { from: Place }> | PatchDescription} outline
+ * @param {Color} color
+ */
+function shape(outline, color) {
+    const [x, y] = outline.at;
+    if ("radius" in outline) {
+        return `<circle cx="${x}" cy="${y}" r="${outline.radius}" ${paint(color)}/>`;
     }
-    const [width, height] = obstacle.size;
-    return `<rect x="${x - width / 2}" y="${y - height / 2}" width="${width}" height="${height}" ${paint(color)}/>`;
+    const { size: [width, height], heading } = outline;
+    const turn = heading === 0 ? "" : ` transform="rotate(${heading} ${x} ${y})"`;
+    return `<rect x="${x - width / 2}" y="${y - height / 2}" width="${width}" height="${height}"${turn} ${paint(color)}/>`;
 }
 
 // A disc with a line ahead, and its lit LED.

@@ -50,7 +50,7 @@ export class Obstacles {
             } else if ("radius" in obstacle) {
                 scene.add(...obstacle.at, obstacle.radius, obstacle.radius, 0, SHAPES.disc, color);
             } else {
-                scene.add(...obstacle.at, obstacle.size[0] / 2, obstacle.size[1] / 2, 0, SHAPES.box, color);
+                scene.add(...obstacle.at, obstacle.size[0] / 2, obstacle.size[1] / 2, radians(obstacle.heading), SHAPES.box, color);
             }
         }
         if (isTilted) {
@@ -92,6 +92,14 @@ function cornersOf(obstacle) {
             return [x + radius * Math.cos(angle), y + radius * Math.sin(angle)];
         });
     }
-    const [right, up] = obstacle.size.map((length) => length / 2);
-    return [[x - right, y - up], [x + right, y - up], [x + right, y + up], [x - right, y + up]];
+    const [halfWidth, halfHeight] = obstacle.size.map((length) => length / 2);
+    const [cos, sin] = [Math.cos(radians(obstacle.heading)), Math.sin(radians(obstacle.heading))];
+    /** @type {Place[]} */
+    const corners = [[-halfWidth, -halfHeight], [halfWidth, -halfHeight], [halfWidth, halfHeight], [-halfWidth, halfHeight]];
+    return corners.map(([along, across]) => [x + along * cos - across * sin, y + along * sin + across * cos]);
+}
+
+/** @param {number} degrees */
+export function radians(degrees) {
+    return (degrees * Math.PI) / 180;
 }

@@ -1,8 +1,8 @@
 // Samples of a session: the bytes of a recording (docs/recording.md), piece by piece.
 
-const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 2];
-// The count of numbers of a disc, a box along the axes, and a wall, before the height.
-const OUTLINES = [3, 4, 4];
+const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 3];
+// The count of numbers of a disc, a box, and a wall, before the height or the brightness.
+const OUTLINES = [3, 5, 4];
 
 export class Robots {
     constructor() {
@@ -73,15 +73,20 @@ export class Robots {
         this.tickMs = this.uint();
         const count = this.uint();
         const ids = this.differences(count);
-        // Radii and obstacles are skipped: the event that begins a session has them.
+        // Radii, paint and obstacles are skipped: the event that begins a session has them.
         this.differences(count);
-        for (let obstacles = this.uint(); obstacles > 0; obstacles--) {
+        this.skipOutlines();
+        this.skipOutlines();
+        this.clear(ids);
+    }
+
+    skipOutlines() {
+        for (let outlines = this.uint(); outlines > 0; outlines--) {
             const numbers = OUTLINES[this.bytes[this.at++]];
             for (let number = 0; number <= numbers; number++) {
                 this.uint();
             }
         }
-        this.clear(ids);
     }
 
     // Numbers of which each is the difference from the one before.

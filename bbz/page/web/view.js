@@ -3,6 +3,7 @@
 import { Camera } from "./camera.js";
 import { part } from "./element.js";
 import { Obstacles } from "./obstacles.js";
+import { drawPaint, groundColor } from "./paint.js";
 import { Robots } from "./recording.js";
 import { Scene, SHAPES } from "./scene.js";
 import { Trails } from "./trails.js";
@@ -239,8 +240,9 @@ export class View {
         const { scene, colors, dragged } = this;
         const [halfWidth, halfHeight] = world.size.map((side) => side / 2);
         const lights = this.lights.map((light, lamp) => ({ ...light, at: dragged?.lamp === lamp ? dragged.at : light.at }));
-        scene.ground(halfWidth, halfHeight, colors.ground, () => {
+        scene.ground(halfWidth, halfHeight, groundColor(world, colors), () => {
             scene.grid(halfWidth, halfHeight, this.gridStep(), colors.grid);
+            drawPaint(scene, world, colors);
             for (const { at, brightness } of lights) {
                 // The law of the sensor: half of it after 350 mm.
                 scene.add(...at, 700, 700, 0, SHAPES.light, fade(colors.light, 0.35 * Math.min(1, brightness / 1023)));
@@ -503,7 +505,7 @@ function readColors() {
         return [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255).concat(1);
     };
     return {
-        outside: color("--outside"), ground: color("--ground"), grid: color("--grid"), edge: color("--edge"),
+        outside: color("--outside"), ground: color("--ground"), black: color("--black"), white: color("--white"), grid: color("--grid"), edge: color("--edge"),
         obstacle: color("--obstacle"), light: color("--light"), chosen: color("--mark"), link: color("--accent"),
         compared: COMPARED.map(color),
         states: ["--running", "--stopped", "--failed", "--faulted"].map(color),

@@ -34,8 +34,12 @@ pub enum SensorKind {
         /// has one value and is equally sensitive in all directions.
         directions_deg: Vec<f64>,
     },
-    /// Brightness of the ground below the middle of the robot, 0 (black) to 1023 (white).
-    Ground,
+    /// Brightness of the ground below the sensor, 0 (black) to 1023 (white).
+    Ground {
+        /// The place of the sensor: mm ahead of the middle of the robot, and to the left of it; the
+        /// middle if left out.
+        at_mm: [f64; 2],
+    },
     /// The link over which robots exchange messages, and which measures distance and direction of
     /// the neighbors. A robot without such a sensor neither sends nor receives a message. A robot
     /// has at most one.
@@ -156,7 +160,7 @@ impl SensorValue {
         match (self, kind) {
             (SensorValue::NearestBearing | SensorValue::Heading, _) => "degrees",
             (SensorValue::Count, _) => "robots",
-            (_, SensorKind::Light { .. } | SensorKind::Ground) => "0 to 1023",
+            (_, SensorKind::Light { .. } | SensorKind::Ground { .. }) => "0 to 1023",
             (_, SensorKind::Battery { .. }) => "mV",
             _ => "mm",
         }
@@ -178,7 +182,7 @@ impl SensorKind {
         match self {
             SensorKind::Proximity { .. } => "proximity",
             SensorKind::Light { .. } => "light",
-            SensorKind::Ground => "ground",
+            SensorKind::Ground { .. } => "ground",
             SensorKind::RangeAndBearing { .. } => "range-and-bearing",
             SensorKind::Positioning { .. } => "positioning",
             SensorKind::Battery { .. } => "battery",
@@ -193,7 +197,7 @@ impl SensorKind {
             }
             SensorKind::Proximity { .. }
             | SensorKind::Light { .. }
-            | SensorKind::Ground
+            | SensorKind::Ground { .. }
             | SensorKind::Battery { .. } => vec![SensorValue::Only],
             SensorKind::RangeAndBearing { .. } => {
                 vec![SensorValue::NearestDistance, SensorValue::NearestBearing, SensorValue::Count]

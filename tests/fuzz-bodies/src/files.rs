@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use bittybuzz_arena::output::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordingHeader, RecordingReader,
-    RecordingSample, RecordingWriter,
+    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedShape, RecordingHeader,
+    RecordingReader, RecordingSample, RecordingWriter,
 };
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_compiler::disasm::disassemble;
@@ -122,18 +122,18 @@ pub fn symbols(data: &[u8]) -> bool {
 }
 
 /// Reads a recording: the bytes themselves after a byte of 0, after the head of a recording after
-/// 1, else a recording that the bytes decide, of which some are changed. A recording that can be
-/// read is written as it was read. Returns true if it was read to its end.
+/// 1, else a recording that the bytes decide, which is damaged after an odd byte. A recording that
+/// can be read is written as it was read. Returns true if it was read to its end.
 pub fn recording(data: &[u8]) -> bool {
     let Some((first, rest)) = data.split_first() else { return false };
     match first {
         0 => return read(rest).is_some(),
-        1 => return read(&[b"bbzrec\x02", rest].concat()).is_some(),
+        1 => return read(&[b"bbzrec\x03", rest].concat()).is_some(),
         _ => {}
     }
     let mut choices = Choices::new(rest);
     let mut bytes = written(&mut choices);
-    let is_whole = choices.flag();
+    let is_whole = first.is_multiple_of(2);
     if !is_whole {
         for _ in 0..1 + choices.below(4) {
             let at = choices.below(256) * bytes.len() / 256;
@@ -175,14 +175,19 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
     for _ in 0..choices.below(4) {
         let numbers @ [x, y, radius, _] = [i32::MIN, -1, i32::from(choices.byte()), i32::MAX];
         let outline = match choices.below(3) {
-            0 => RecordedOutline::Disc([x, y, radius]),
-            1 => RecordedOutline::Block(numbers),
+            0 => RecordedOutline::Shape(RecordedShape::Disc([x, y, radius])),
+            1 => RecordedOutline::Shape(RecordedShape::Block([x, y, radius, i32::MAX, i32::MIN])),
             _ => RecordedOutline::Wall(numbers),
         };
         let height = choices.flag().then_some(u32::MAX);
         obstacles.push(RecordedObstacle { outline, height });
     }
-    let header = RecordingHeader { size, tick_ms: 100, bodies, obstacles };
+    let mut ground = Vec::new();
+    if choices.flag() {
+        let shape = RecordedShape::Disc([-1, i32::MIN, i32::MAX]);
+        ground.push(RecordedPatch { shape, brightness: choices.byte().into() });
+    }
+    let header = RecordingHeader { size, tick_ms: 100, bodies, ground, obstacles };
     let mut writer = RecordingWriter::new(&mut bytes, &header).expect("memory takes everything");
     let mut tick = 0;
     for _ in 0..choices.below(8) {

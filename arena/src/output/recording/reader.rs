@@ -4,8 +4,8 @@ use std::fmt;
 
 use super::{
     BLOCK, DISC, HEADING, HEIGHT, MAGIC, ORIGIN, PLACE, RecordedBody, RecordedObstacle,
-    RecordedOutline, RecordedRobot, RecordingHeader, RecordingSample, RobotStatus, SHOWN, VERSION,
-    WALL,
+    RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape, RecordingHeader, RecordingSample,
+    RobotStatus, SHOWN, VERSION, WALL,
 };
 
 /// A reason why a recording cannot be read.
@@ -65,8 +65,13 @@ impl<'a> RecordingReader<'a> {
             Some(version) => return Err(RecordingError::Version(*version)),
             None => return Err(RecordingError::Truncated),
         }
-        let header =
-            RecordingHeader { size: [0; 2], tick_ms: 0, bodies: Vec::new(), obstacles: Vec::new() };
+        let header = RecordingHeader {
+            size: [0; 2],
+            tick_ms: 0,
+            bodies: Vec::new(),
+            ground: Vec::new(),
+            obstacles: Vec::new(),
+        };
         let at = MAGIC.len() + 1;
         let (robots, tick, samples) = (Vec::new(), 0, 0);
         let mut reader =
@@ -78,6 +83,11 @@ impl<'a> RecordingReader<'a> {
         let radii: Vec<u32> = reader.get_differences(count)?;
         reader.header.bodies =
             ids.into_iter().zip(radii).map(|(id, radius)| RecordedBody { id, radius }).collect();
+        let count: u32 = reader.get_as()?;
+        for _ in 0..count {
+            let patch = reader.patch()?;
+            reader.header.ground.push(patch);
+        }
         let count: u32 = reader.get_as()?;
         for _ in 0..count {
             let obstacle = reader.obstacle()?;
@@ -92,13 +102,30 @@ impl<'a> RecordingReader<'a> {
         &self.header
     }
 
+    fn patch(&mut self) -> Result<RecordedPatch, RecordingError> {
+        let at = self.at;
+        let form = self.byte()?;
+        let shape = self.shape(form)?.ok_or(RecordingError::Malformed(at))?;
+        let at = self.at;
+        let brightness = self.get_as()?;
+        let is_valid = brightness <= 1000;
+        is_valid.then_some(RecordedPatch { shape, brightness }).ok_or(RecordingError::Malformed(at))
+    }
+
+    /// Reads the numbers of a shape; `None` if the form is not one.
+    fn shape(&mut self, form: u8) -> Result<Option<RecordedShape>, RecordingError> {
+        Ok(match form {
+            DISC => Some(RecordedShape::Disc(self.numbers()?)),
+            BLOCK => Some(RecordedShape::Block(self.numbers()?)),
+            _ => None,
+        })
+    }
+
     fn obstacle(&mut self) -> Result<RecordedObstacle, RecordingError> {
         let malformed = RecordingError::Malformed(self.at);
         let outline = match self.byte()? {
-            DISC => RecordedOutline::Disc(self.numbers()?),
-            BLOCK => RecordedOutline::Block(self.numbers()?),
             WALL => RecordedOutline::Wall(self.numbers()?),
-            _ => return Err(malformed),
+            form => RecordedOutline::Shape(self.shape(form)?.ok_or(malformed)?),
         };
         let malformed = RecordingError::Malformed(self.at);
         let height = self.get()?.checked_sub(1).map(u32::try_from).transpose();

@@ -89,6 +89,14 @@ impl BodyModel for DescribedRobot {
         false
     }
 
+    fn ground_sensors(&self) -> Vec<[f32; 2]> {
+        let places = self.sensors.iter().filter_map(|sensor| match sensor.kind {
+            SensorKind::Ground { at_mm } => Some(at_mm.map(|mm| mm as f32)),
+            _ => None,
+        });
+        places.collect()
+    }
+
     /// Always succeeds, because robot files are checked when they are read.
     fn check(&self) -> Result<(), SettingsError> {
         Ok(())

@@ -40,8 +40,8 @@ impl Senses {
         let seconds = io.milliseconds() as f64 / 1000.0;
         let period = sensor.rate_hz.map_or(io.now, |rate| (seconds * rate) as u64);
         let known = self.measured[place].take().filter(|(then, _)| *then == period);
-        let (_, values) = self.measured[place]
-            .insert(known.unwrap_or_else(|| (period, measure(sensor, self.radius, io, chance))));
+        let measure = || (period, measure(&self.sensors, place, self.radius, io, chance));
+        let (_, values) = self.measured[place].insert(known.unwrap_or_else(measure));
         values.get(index).copied()
     }
 
@@ -85,8 +85,15 @@ impl Autopilot for Senses {
     fn start(&mut self) {}
 }
 
-/// Measures all values of a sensor.
-fn measure(sensor: &Sensor, radius_mm: f32, io: &Io<'_>, chance: &mut Stream) -> Vec<f32> {
+/// Measures all values of the sensor at an index.
+fn measure(
+    sensors: &[Sensor],
+    place: usize,
+    radius_mm: f32,
+    io: &Io<'_>,
+    chance: &mut Stream,
+) -> Vec<f32> {
+    let sensor = &sensors[place];
     let sigma = sensor.noise as f32;
     let mut noisy = |value: f32| {
         let error = if sigma > 0.0 { sigma * chance.normal() } else { 0.0 };
@@ -113,8 +120,11 @@ fn measure(sensor: &Sensor, radius_mm: f32, io: &Io<'_>, chance: &mut Stream) ->
             let along = |direction: &f64| Some((*direction as f32).to_radians());
             directions_deg.iter().map(|direction| value(along(direction))).collect()
         }
-        // The ground of every world is white.
-        SensorKind::Ground => vec![noisy(READING_MAX).clamp(0.0, READING_MAX)],
+        SensorKind::Ground { .. } => {
+            let is_ground = |sensor: &&Sensor| matches!(sensor.kind, SensorKind::Ground { .. });
+            let brightness = io.sensors.ground(sensors[..place].iter().filter(is_ground).count());
+            vec![noisy(READING_MAX * brightness).clamp(0.0, READING_MAX)]
+        }
         SensorKind::RangeAndBearing { range_mm, bearing_noise_deg, .. } => {
             let range_mm = *range_mm as f32;
             let (count, nearest) = io.sensors.neighbors(range_mm);

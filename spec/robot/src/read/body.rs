@@ -37,13 +37,16 @@ const COMMON_SENSOR_KEYS: [&str; 4] = ["name", "kind", "noise", "rate_hz"];
 const SENSOR_KINDS: [(&str, &[&str]); 6] = [
     ("proximity", &["range_mm", "nothing", "direction_deg", "directions_deg", "count"]),
     ("light", &["direction_deg", "directions_deg", "count"]),
-    ("ground", &[]),
+    ("ground", &["at_mm"]),
     ("range-and-bearing", &["range_mm", "bearing_noise_deg", "unit"]),
     ("positioning", &["heading_noise_deg"]),
     ("battery", &["full_mv", "empty_mv", "minutes"]),
 ];
 
 const SIZE: RangeInclusive<f64> = 1.0..=10_000.0;
+/// The places of sensors on a body, in mm.
+const PLACE: RangeInclusive<f64> = -10_000.0..=10_000.0;
+const PLACE_FORM: &str = "two numbers as [ahead, left]";
 const SPEED: RangeInclusive<f64> = 0.0..=100_000.0;
 const TURN: RangeInclusive<f64> = 0.0..=5000.0;
 const SHARE: RangeInclusive<f64> = 0.0..=1.0;
@@ -264,7 +267,10 @@ fn sensor_kind(section: &Section<'_>, word: &str) -> Option<SensorKind> {
             let minutes = number(section, "minutes", 0.01..=100_000.0);
             Some(SensorKind::Battery { full_mv: full_mv?, empty_mv: empty_mv?, minutes: minutes? })
         }
-        _ => Some(SensorKind::Ground),
+        _ => {
+            let at = section.get("at_mm").map(|entry| entry.numbers(PLACE_FORM, PLACE));
+            Some(SensorKind::Ground { at_mm: given(at)?.unwrap_or_default() })
+        }
     }
 }
 

@@ -149,6 +149,31 @@ fn functions_read_sensors() {
 }
 
 #[test]
+fn a_ground_sensor_has_a_place() {
+    let with = |keys: &str| {
+        let text =
+            RIGHT.replacen("[[function]]", &format!("[[sensor]]\n{keys}\n\n[[function]]"), 1);
+        Robot::parse(&text, "rover.toml").map(|robot| robot.sensors.last().unwrap().kind.clone())
+    };
+    let floor = "name = \"floor\"\nkind = \"ground\"";
+    for (place, at_mm) in [("", [0.0, 0.0]), ("at_mm = [30.5, -10]", [30.5, -10.0])] {
+        assert_eq!(with(&format!("{floor}\n{place}")).unwrap(), SensorKind::Ground { at_mm });
+    }
+    for (keys, part) in [
+        (format!("{floor}\nat_mm = 30"), "two numbers as [ahead, left]"),
+        (format!("{floor}\nat_mm = [30]"), "two numbers as [ahead, left]"),
+        (format!("{floor}\nat_mm = [30, 10001]"), "from -10000 to 10000"),
+        (
+            "name = \"eye\"\nkind = \"light\"\nat_mm = [30, 0]".to_owned(),
+            "\"light\" has no `at_mm`",
+        ),
+    ] {
+        let errors = with(&keys).unwrap_err().to_string();
+        assert!(errors.contains(part), "{errors}");
+    }
+}
+
+#[test]
 fn every_error_has_its_place() {
     // The replaced text (its first occurrence), the new text, and the error.
     let cases = [
