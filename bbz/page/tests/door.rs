@@ -37,7 +37,7 @@ fn live() -> Live {
     let scenario = Scenario::open_in(&files, "s.toml".as_ref(), &[], &models).unwrap();
     let program = |(group, script): (&Group, &Path)| {
         let robots = bittybuzz_robot_files::all_shipped();
-        let options = Options { robot: Some(group.robot.clone()), robots, profile: None };
+        let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
         let script_text = "function step() { forward() }\n".to_owned();
         let compiled = compile(script, script_text, &IncludeLoader::new(&files), &options);
         Program { image: compiled.image.unwrap(), symbols: compiled.symbols }

@@ -46,7 +46,8 @@ fn ticks(robot: &str, group: &str, firmware: &Path, core: Core, number: u16, val
     let scenario = Scenario::parse(&text, "test.toml", Path::new(""), &[], &models)
         .unwrap_or_else(|errors| panic!("{errors:#?}"));
     let robot = Some(scenario.groups[0].robot.clone());
-    let options = Options { robot, robots: bittybuzz_robot_files::all_shipped(), profile: None };
+    let options =
+        Options { robot, robots: bittybuzz_robot_files::all_shipped(), ..Options::default() };
     let compiled =
         compile(Path::new(file.path()), script, &IncludeLoader::new(&DiskFiles), &options);
     let program = Program { image: compiled.image.unwrap(), symbols: compiled.symbols };
