@@ -44,7 +44,10 @@ fn the_guide_has_all_words_functions_and_codes() {
     }
     for robot in all_shipped() {
         let section = section(&page, &format!("## Robot {}", robot.name));
-        for function in &robot.functions {
+        for value in &robot.values {
+            assert!(section.contains(&format!("\n{}", value.path)), "{}", value.path);
+        }
+        for function in robot.functions.iter().filter(|function| !function.is_reader()) {
             assert!(section.contains(&function.help), "{}", function.name);
             for form in function.forms() {
                 assert!(section.contains(&format!("\n{form}\n")), "{form}");

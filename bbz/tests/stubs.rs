@@ -132,8 +132,8 @@ fn tables_of_the_robot_are_written() {
     let folder = Folder::new("stubs_tables");
     let script = "\
         function step() {\n\
-          if(pose.position.x > 1 or proximity[2].value > 0) ui.set_hex(3)\n\
-          log(string.length(cell()), \" \", size(proximity))\n\
+          if(status.speed.x > 1 or eyes[2].value > 0) ui.set_hex(3)\n\
+          log(string.length(cell()), \" \", size(eyes), \" \", pose.position.z)\n\
         }\n";
     folder.write("host.bzz", script);
     let written = folder.bbz(&["stubs", "host.bzz", "-o", "host.toml"]);
@@ -143,13 +143,20 @@ fn tables_of_the_robot_are_written() {
         "# Each value of a table is always 0: give it a sensor with `reads`.\n",
         "name = \"ui.set_hex\"\naccepts = [\"a1: any\"]\nlogs = true\n",
         "name = \"cell\"\naccepts = [\"\"]\nreturns = \"string\"\n",
-        "# First used in host.bzz:2:4.\n[[value]]\nname = \"pose.position.x\"\nis = 0.0\n",
-        "[[value]]\nname = \"proximity[].value\"\nis = 0.0\ncount = 8\n",
+        "# First used in host.bzz:2:4.\n[[value]]\nname = \"status.speed.x\"\nis = 0.0\n",
+        "[[value]]\nname = \"eyes[].value\"\nis = 0.0\ncount = 8\n",
+        // Tables that other hosts fill are written whole.
+        "[[value]]\nname = \"pose.orientation.yaw\"\nis = 0.0\n",
     ] {
         assert!(text.contains(part), "{part}\nin\n{text}");
     }
     let run = folder.bbz(&["run", "host.bzz", "--robot", "host.toml", "--steps", "1"]);
-    assert_eq!((run.status, run.stdout.as_str()), (Some(0), "cell()\n0 8\n"), "{}", run.stderr);
+    assert_eq!(
+        (run.status, run.stdout.as_str()),
+        (Some(0), "cell()\n0 8 0.000000\n"),
+        "{}",
+        run.stderr
+    );
     let checked = folder.bbz(&["check", "host.bzz", "--robot", "host.toml"]);
     assert_eq!((checked.status, checked.stderr.as_str()), (Some(0), ""));
 }

@@ -81,7 +81,7 @@ fn a_fault_is_reported_as_by_run() {
         "function f(n) { return f(n + 1) + 1 }\nf(0)\n",
         "assert(0 == 1, \"told you\")\n",
         "include \"vec2.bzz\"\nlog(math.vec2.length(nil))\n",
-        "x = 1\nfunction step() { x.y = 2 }\n",
+        "x = rand()\nfunction step() { x.y = 2 }\n",
     ];
     for (number, script) in cases.iter().enumerate() {
         let folder = built(&format!("trace_fault_{number}"), script);

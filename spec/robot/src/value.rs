@@ -16,7 +16,7 @@ pub const ELEMENTS_MAX: u32 = 1024;
 /// A value in a table of the script.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TableValue {
-    /// Its place.
+    /// The table and the keys under which scripts find it.
     pub path: ValuePath,
     /// The number of elements of the list that the path leads into; `None` for a path without one.
     pub elements: Option<u32>,
