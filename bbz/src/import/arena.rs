@@ -120,15 +120,6 @@ impl<'a> Arena<'a> {
                 "long messages take several frames; `bbz sim` prints their share of the air",
             );
         }
-        if kind.robot.is_none() {
-            element.omit(
-                format!("the robot `{}`, which this version does not have", kind.reference),
-                format!(
-                    "import with --robot {}=FILE.toml; docs/own-robot.md describes the file",
-                    element.name()
-                ),
-            );
-        }
         if element.first("battery").is_some() {
             element.omit("<battery>", "the file of a robot may have a sensor of kind `battery`");
         }

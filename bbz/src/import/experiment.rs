@@ -215,8 +215,7 @@ fn omit_rates(root: Element<'_>, arena: &Arena<'_>, rate: u32) {
     let Some(experiment) = experiment else { return };
     let used: HashSet<&str> = arena.groups.iter().map(|group| group.robot.as_str()).collect();
     for kind in arena.kinds.all().filter(|kind| used.contains(kind.reference.as_str())) {
-        // Robots that this version does not have make as many steps as most.
-        let steps = kind.robot.as_ref().map_or(10, |robot| robot.tick_hz);
+        let steps = kind.robot.tick_hz;
         if steps != rate {
             experiment.omit(
                 format!("`ticks_per_second` = {rate}: `{}` makes {steps} steps", kind.reference),

@@ -1,28 +1,16 @@
-//! Loads a scenario as `bbz sim` does, except for scripts and robots that do not exist yet.
+//! Loads a scenario as `bbz sim` does, except for scripts that do not exist yet.
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use bittybuzz_arena::scenario::{Scenario, ScenarioCause, ScenarioError};
+use bittybuzz_arena::scenario::{Scenario, ScenarioError};
 use bittybuzz_compiler::include::{DiskFiles, FileKind, Files};
-use bittybuzz_robot_spec::RobotFileCause;
 
-/// Returns the mistakes of a scenario that is not in the list of omissions.
+/// Returns the mistakes of a scenario.
 pub fn errors(text: &str, path: &Path) -> Vec<ScenarioError> {
     let models = bittybuzz_robot_models::all();
     let scenario = Scenario::parse_in(&WithScripts, text, path, &[], &models);
-    let mut errors = scenario.err().unwrap_or_default();
-    errors.retain(|error| !is_unknown_robot(error));
-    errors
-}
-
-fn is_unknown_robot(error: &ScenarioError) -> bool {
-    match &error.cause {
-        ScenarioCause::Robot { error } => {
-            matches!(error.cause, RobotFileCause::UnknownRobot { .. })
-        }
-        _ => false,
-    }
+    scenario.err().unwrap_or_default()
 }
 
 /// The files on disk, and any script.

@@ -21,8 +21,8 @@ pub const KILOBOT: &str = "kilobot";
 pub struct RobotKind {
     /// The name, or the path of the file from the folder of the scenario.
     pub reference: String,
-    /// The content of the robot file; `None` if this version does not have the robot.
-    pub robot: Option<Robot>,
+    /// The content of the robot file.
+    pub robot: Robot,
     /// True for the Kilobot of ARGoS, if no other robot takes its place.
     pub is_kilobot: bool,
 }
@@ -30,13 +30,12 @@ pub struct RobotKind {
 impl RobotKind {
     /// Returns the medium that carries its messages.
     pub fn medium(&self) -> Medium {
-        let link = self.robot.as_ref().and_then(|robot| robot.link);
-        link.unwrap_or(Medium::RangeAndBearing)
+        self.robot.link.unwrap_or(Medium::RangeAndBearing)
     }
 
-    /// Returns the radius of its body in mm; 0 if it is unknown.
+    /// Returns the radius of its body in mm; 0 if it has none.
     pub fn radius_mm(&self) -> f64 {
-        self.robot.as_ref().and_then(world::body_radius_mm).unwrap_or(0.0)
+        world::body_radius_mm(&self.robot).unwrap_or(0.0)
     }
 }
 
@@ -51,13 +50,13 @@ impl RobotKinds {
         for (kind, name) in KINDS {
             let robot = RobotKind {
                 reference: name.to_owned(),
-                robot: find(name).ok(),
+                robot: find(name)?,
                 is_kilobot: kind == KILOBOT,
             };
             kinds.insert(kind.to_owned(), robot);
         }
         for (kind, name) in choices {
-            let robot = Some(find(name)?);
+            let robot = find(name)?;
             let reference = world::reference(name, folder)
                 .map_err(|error| FileError::reading(Path::new(name), error))?;
             let is_kilobot = kind == KILOBOT && reference == KILOBOT;

@@ -73,6 +73,7 @@ fn turned_boxes_have_a_heading() {
         let outcome = import(&folder("import_turned", &entities));
         let line = "    { at = [1000, 0], size = [400, 200], heading = 31.3, height = 500 }, # b\n";
         assert!(outcome.stdout.contains(line), "{}", outcome.stdout);
+        assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     }
 }
 
