@@ -123,7 +123,8 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
             seen.log(&memory.logged[lines..]);
             // A function that waits is called in every run. Only its first and its last call are
             // recorded. No script calls those that read values.
-            if !(again && done == Done::Wait) && !function.is_reader() {
+            let goes_on = again && done == Done::Wait;
+            if !goes_on && !function.is_reader() {
                 seen.call(&function.name, pieces(), result_of(&reply));
             }
         }
