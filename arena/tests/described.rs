@@ -185,7 +185,7 @@ fn tables_are_filled_before_each_step() {
                 [[value]]\nname = \"pose.position.y\"\nreads = \"gps.y m\"\nhelp = \"m\"\n\n\
                 [[value]]\nname = \"pose.orientation.yaw\"\nreads = \"gps.heading rad\"\nhelp = \"rad\"\n\n\
                 [[value]]\nname = \"proximity[].value\"\nreads = \"ring\"\ncurve = [[0, 1], [1000, 0]]\nhelp = \"1 in contact\"\n\n\
-                [[value]]\nname = \"proximity[].angle\"\nis = [0.0, 1.5708]\nhelp = \"rad\"";
+                [[value]]\nname = \"proximity[].angle\"\nis = [0.0, 1.55]\nhelp = \"rad\"";
     let functions = function("go", "v: number", "sets = { forward = \"v\" }")
         + &function("debug.print", "values: any...", "logs = true");
     // 48 steps after the first, each of which is 5 mm further than the one before.
@@ -230,7 +230,7 @@ fn tables_are_filled_before_each_step() {
         expect("ahead", 1.0 - (0.4 - y - 0.03)),
         // Nothing is near.
         expect("left", 0.0),
-        expect("angle", 1.5708),
+        expect("angle", 1.55),
     ];
     let summary = run_with(&folder, &text.concat(), 1, |_| ());
     assert!(summary.is_success(), "{:?}\n{:?}", summary.convergences, summary.faults);

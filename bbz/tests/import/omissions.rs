@@ -332,8 +332,8 @@ fn an_output_never_replaces_an_input() {
         folder.bbz(&to).fails_with(3, &["is read by this command"]);
     }
     folder
-        .bbz(&["import", "feild.argos"])
-        .fails_with(3, &["no file `feild.argos`", "did you mean `field.argos`?"]);
+        .bbz(&["import", "f1eld.argos"])
+        .fails_with(3, &["no file `f1eld.argos`", "did you mean `field.argos`?"]);
     folder
         .bbz(&["import", "field.argos", "-o", "no/f.toml", "--robot", ROBOT])
         .fails_with(3, &["no/f.toml"]);

@@ -164,8 +164,8 @@ fn options(profile: NumberProfile) -> &'static Options {
     let [tiny, full] = OPTIONS.get_or_init(|| {
         [NumberProfile::Tiny, NumberProfile::Full].map(|profile| Options {
             profile: Some(profile),
-            robot: None,
             robots: bittybuzz_robot_files::all_shipped(),
+            ..Options::default()
         })
     });
     if profile == NumberProfile::Tiny { tiny } else { full }

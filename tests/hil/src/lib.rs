@@ -411,7 +411,7 @@ pub fn image_of(robot: &str, script: &str, bytes: usize) -> Vec<u8> {
 /// A script, compiled for a robot.
 pub fn compiled_for(robot: &str, script: &str) -> Compiled {
     let robot = bittybuzz_robot_files::find(robot).expect("a shipped robot");
-    let options = Options { profile: None, robots: vec![robot.clone()], robot: Some(robot) };
+    let options = Options { robots: vec![robot.clone()], robot: Some(robot), ..Options::default() };
     compile(Path::new("test.bzz"), script.to_owned(), &IncludeLoader::new(&DiskFiles), &options)
 }
 

@@ -76,7 +76,7 @@ fn program(script: &Path, robot: &Robot) -> Program {
     let options = Options {
         robot: Some(robot.clone()),
         robots: bittybuzz_robot_files::all_shipped(),
-        profile: None,
+        ..Options::default()
     };
     let text = std::fs::read_to_string(script).unwrap();
     let compiled = compile(script, text, &IncludeLoader::new(&DiskFiles), &options);

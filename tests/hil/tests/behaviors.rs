@@ -36,7 +36,7 @@ fn compiled(script: &Path, robot: &Robot) -> Compiled {
     let options = Options {
         robot: Some(robot.clone()),
         robots: bittybuzz_robot_files::all_shipped(),
-        profile: None,
+        ..Options::default()
     };
     let text = std::fs::read_to_string(script).unwrap();
     compile(script, text, &IncludeLoader::new(&DiskFiles), &options)

@@ -34,7 +34,7 @@ fn programs(scenario: &Scenario) -> Vec<Program> {
             ..IncludeLoader::new(&DiskFiles)
         };
         let robots = bittybuzz_robot_files::all_shipped();
-        let options = Options { profile: None, robot: Some(group.robot.clone()), robots };
+        let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
         let compiled = compile(&group.script, text, &loader, &options);
         Program { image: compiled.image.unwrap(), symbols: compiled.symbols }
     };

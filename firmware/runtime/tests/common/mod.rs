@@ -183,6 +183,7 @@ pub fn image(source: &str) -> Vec<u8> {
         profile: Some(bittybuzz_robot_spec::NumberProfile::Full),
         robot: Some(robot.clone()),
         robots: vec![robot],
+        ..Options::default()
     };
     let loader = IncludeLoader::new(&DiskFiles);
     let compiled = compile(Path::new("test.bzz"), source.to_owned(), &loader, &options);

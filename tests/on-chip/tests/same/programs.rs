@@ -43,8 +43,8 @@ impl Program {
 pub fn conformance(full: bool) -> Vec<(String, Option<Program>)> {
     let options = Options {
         profile: Some(if full { NumberProfile::Full } else { NumberProfile::Tiny }),
-        robot: None,
         robots: bittybuzz_robot_files::all_shipped(),
+        ..Options::default()
     };
     let loader =
         IncludeLoader { folders: vec![bbz::root().join("lib")], ..IncludeLoader::new(&DiskFiles) };
