@@ -6,6 +6,7 @@
 //!
 //! * `language`: every script of `bzz/`, with expectations in its comments ([`script`]);
 //! * `conformance`: the scripts of `conformance/`, each with an `.expect` file ([`conformance`]);
+//! * `compatibility`: the differences from Buzz, recorded on both ([`compatibility`]);
 //! * `malformed`: bad scripts, images and command lines from `malformed/` ([`malformed`]);
 //! * `examples`: the behaviors that are shipped in `examples/` ([`example`]).
 //!
@@ -21,6 +22,7 @@
 //! * `memory`: structures and garbage that fill the memory.
 
 pub mod bbz;
+pub mod compatibility;
 #[cfg(feature = "in-process")]
 pub mod compiler;
 pub mod conformance;

@@ -5,6 +5,7 @@
 mod capacity;
 mod checks;
 mod classes;
+mod compatibility;
 mod conformance;
 mod examples;
 mod exchanged_values;
