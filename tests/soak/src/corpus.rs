@@ -1,5 +1,6 @@
 //! Public Buzz scripts: `bbz check` reports no error in them but those that are listed in `corpus.toml`, each with its
-//! reason. The scripts themselves are not part of this repository.
+//! reason. Programs (scripts with a `step`) also run 200 steps alone, and a minute as ten robots, except those whose
+//! fault is listed. The scripts themselves are not part of this repository.
 //!
 //! A script is checked for the robot that its author had. Where no robot file of this repository describes it, `bbz
 //! stubs` writes one from the functions that the script calls and does not define; each of these has to be listed, so
@@ -36,6 +37,7 @@ const FOLDER: &str = "BITTYBUZZ_CORPUS";
 
 /// Exit statuses of `bbz`.
 const SUCCESS: i32 = 0;
+const RUN_TIME_ERROR: i32 = 1;
 const COMPILE_ERROR: i32 = 2;
 
 /// The code of a mistake in the compiler.
@@ -77,6 +79,29 @@ struct Script {
     robot: Option<String>,
     #[serde(default)]
     errors: Vec<Expected>,
+    /// Whether it runs on a robot; else other scripts include it.
+    #[serde(default)]
+    program: bool,
+    /// The fault that stops it.
+    stops: Option<Stop>,
+}
+
+/// A run-time error of a program.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Stop {
+    code: String,
+    /// Whether the program stops alone, too: some stop only when they hear others.
+    alone: bool,
+    /// The cause in this program.
+    note: String,
+}
+
+impl Script {
+    /// Whether it is a program that nothing stops.
+    fn runs(&self) -> bool {
+        self.program && self.errors.is_empty() && self.stops.is_none()
+    }
 }
 
 /// Errors of one code in a script.
@@ -102,6 +127,8 @@ enum Reason {
     RefusedByReference,
     /// The script works on the reference compiler but cannot do what its author wants.
     TrueMistake,
+    /// The script calls a function that its host adds to a library of the language.
+    HostLibrary,
     /// A difference from the reference that COMPATIBILITY.md lists.
     Difference,
 }
@@ -113,6 +140,7 @@ impl Reason {
             Reason::Files => "files",
             Reason::RefusedByReference => "the reference refuses it, too",
             Reason::TrueMistake => "a mistake of the script",
+            Reason::HostLibrary => "a function that its host adds to a library",
             Reason::Difference => "a difference from the reference",
         }
     }
@@ -162,9 +190,14 @@ pub fn run(item: &str) -> Result<Verdict> {
     if !problems.is_empty() {
         return Ok(Verdict::Missing(problems.join("; ")));
     }
-    let with_errors = repository.script.iter().filter(|script| !script.errors.is_empty()).count();
-    let without = repository.script.len() - with_errors;
-    Ok(Verdict::Shown(format!("{without} scripts without errors, {with_errors} with those listed")))
+    let count = |holds: fn(&Script) -> bool| repository.script.iter().filter(|s| holds(s)).count();
+    Ok(Verdict::Shown(format!(
+        "{} scripts without errors, {} with those listed; {} programs run, {} do not",
+        count(|script| script.errors.is_empty()),
+        count(|script| !script.errors.is_empty()),
+        count(Script::runs),
+        count(|script| script.program && !script.runs()),
+    )))
 }
 
 /// Names scripts that are not there, have another content, or are not listed.
@@ -236,6 +269,10 @@ impl Checker {
             Some(robot) => Some(robot.clone()),
             None => self.stubs(repository, &path, &mut problems)?,
         };
+        if script.program && script.errors.is_empty() {
+            let robot = robot.as_deref().context("a program without errors has a robot")?;
+            problems.extend(self.runs(script, &path, robot)?);
+        }
         let robot = robot.iter().flat_map(|robot| ["--robot", robot]);
         let check: Vec<&str> = ["check", "--json", &path].into_iter().chain(robot).collect();
         let found = self.errors(&check)?;
@@ -264,6 +301,36 @@ impl Checker {
         let small = self.errors(&[&check[..], &["--profile", "tiny"]].concat())?;
         if small.contains_key(INTERNAL) {
             problems.push(format!("{INTERNAL} in the `tiny` profile"));
+        }
+        Ok(problems)
+    }
+
+    /// Runs a program alone and as ten robots; the differences from the listed fault.
+    fn runs(&self, script: &Script, path: &str, robot: &str) -> Result<Vec<String>> {
+        let alone = ["run", path, "--robot", robot, "--steps", "200"];
+        let ten = ["sim", path, "--robot", robot, "--count", "10", "--headless"];
+        let stops = script.stops.as_ref();
+        let mut problems = Vec::new();
+        for (arguments, expected) in
+            [(&alone[..], stops.filter(|stop| stop.alone)), (&ten[..], stops)]
+        {
+            let ended = self.bbz(arguments)?;
+            let first = ended.errors.lines().find(|line| line.starts_with("error"));
+            let as_listed = match expected {
+                None => ended.status == SUCCESS,
+                Some(stop) => {
+                    let code = format!("error[{}]", stop.code);
+                    ended.status == RUN_TIME_ERROR && first.is_some_and(|it| it.starts_with(&code))
+                }
+            };
+            if !as_listed {
+                let listed = expected.map_or("nothing".to_owned(), |stop| {
+                    let Stop { code, note, .. } = stop;
+                    format!("{code} ({note})")
+                });
+                let first = first.unwrap_or("no error");
+                problems.push(format!("`bbz {}`: {first}, listed is {listed}", arguments[0]));
+            }
         }
         Ok(problems)
     }
@@ -311,18 +378,20 @@ impl Checker {
         Ok(errors)
     }
 
-    /// Runs `bbz`, which succeeds or reports compile errors: any other end is a failure of this part.
+    /// Runs `bbz`, which succeeds or reports errors of a script: any other end is a failure of this part.
     fn bbz(&self, arguments: &[&str]) -> Result<Ended> {
         let include: Vec<String> =
             self.include.iter().map(|path| path.display().to_string()).collect();
         let include = include.iter().flat_map(|path| ["-I", path]);
         let arguments: Vec<&str> = arguments.iter().copied().chain(include).collect();
         let line = Invocation::named("bbz", &self.bbz, &arguments).without_env("BUZZ_INCLUDE_PATH");
-        let is_right = |status: Option<i32>| matches!(status, Some(SUCCESS | COMPILE_ERROR));
+        let is_right =
+            |status: Option<i32>| matches!(status, Some(SUCCESS | RUN_TIME_ERROR | COMPILE_ERROR));
         let output = line.unannounced().output_if(|output| is_right(output.status.code()))?;
         Ok(Ended {
             status: output.status.code().unwrap_or_default(),
-            text: String::from_utf8(output.stdout)?,
+            text: String::from_utf8_lossy(&output.stdout).into_owned(),
+            errors: String::from_utf8_lossy(&output.stderr).into_owned(),
         })
     }
 }
@@ -331,6 +400,7 @@ impl Checker {
 struct Ended {
     status: i32,
     text: String,
+    errors: String,
 }
 
 #[cfg(test)]
@@ -341,7 +411,7 @@ mod tests {
     fn every_script_is_listed_once_and_every_error_has_its_reason() {
         let corpus = corpus().unwrap();
         let scripts = || corpus.repository.iter().flat_map(|repository| &repository.script);
-        assert_eq!(scripts().count(), 145);
+        assert_eq!(scripts().count(), 304);
         for repository in &corpus.repository {
             let paths: BTreeSet<&str> =
                 repository.script.iter().map(|script| script.path.as_str()).collect();
@@ -353,6 +423,10 @@ mod tests {
             let codes: BTreeSet<&str> =
                 script.errors.iter().map(|error| error.code.as_str()).collect();
             assert_eq!(codes.len(), script.errors.len(), "{}", script.path);
+            if let Some(stop) = &script.stops {
+                let is_fault = stop.code.starts_with('R') && !stop.note.is_empty();
+                assert!(script.program && is_fault, "{}: {stop:?}", script.path);
+            }
             for error in &script.errors {
                 assert!(
                     error.code.starts_with('E') && error.count > 0,
