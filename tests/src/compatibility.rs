@@ -91,40 +91,7 @@ pub struct Differences {
     pub no_case: Vec<String>,
 }
 
-/// A mistake in the file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Cause {
-    /// A mistake that any TOML file can have.
-    Toml(TomlError),
-    /// An end that does not exist.
-    End,
-}
-
-impl From<TomlError> for Cause {
-    fn from(error: TomlError) -> Self {
-        Cause::Toml(error)
-    }
-}
-
-impl fmt::Display for Cause {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Cause::Toml(error) => error.fmt(f),
-            Cause::End => f.write_str("no such end of a run"),
-        }
-    }
-}
-
-impl toml_reader::Cause for Cause {
-    fn help(&self) -> Option<String> {
-        match self {
-            Cause::Toml(error) => error.help(),
-            Cause::End => Some("`prints`, `stops`, `refuses` or `crashes`".to_string()),
-        }
-    }
-}
-
-type Section<'a> = toml_reader::Section<'a, Cause>;
+type Section<'a> = toml_reader::Section<'a, TomlError>;
 
 const ROOT: &str = "the file";
 const CASE: &str = "this [[case]]";
@@ -158,8 +125,8 @@ pub fn load(path: &str) -> Differences {
             no_case: no_case.into_iter().collect::<Option<_>>()?,
         })
     });
-    read.unwrap_or_else(|errors: Vec<FileError<Cause>>| {
-        let line = |error: &FileError<Cause>| {
+    read.unwrap_or_else(|errors: Vec<FileError<TomlError>>| {
+        let line = |error: &FileError<TomlError>| {
             let line = error.place.as_ref().map_or(0, |place| place.line);
             format!("{path}:{line}: {error}\n")
         };
@@ -198,16 +165,26 @@ fn end(
         Some(code) => section.required(code)?.string().map(str::to_string),
         None => Some(String::new()),
     };
-    match entry.string()? {
-        "prints" => Some(End::Prints(section.required(output)?.string()?.trim_end().to_string())),
-        "stops" => Some(End::Stops(code()?)),
-        "refuses" => Some(End::Refuses(code()?)),
-        "crashes" => Some(End::Crashes),
-        _ => {
-            entry.fail(Cause::End);
-            None
-        }
+    // The words of an end; its output or code are keys of their own.
+    #[derive(Clone, Copy)]
+    enum Word {
+        Prints,
+        Stops,
+        Refuses,
+        Crashes,
     }
+    let words = [
+        ("prints", Word::Prints),
+        ("stops", Word::Stops),
+        ("refuses", Word::Refuses),
+        ("crashes", Word::Crashes),
+    ];
+    Some(match entry.word(&words)? {
+        Word::Prints => End::Prints(section.required(output)?.string()?.trim_end().to_string()),
+        Word::Stops => End::Stops(code()?),
+        Word::Refuses => End::Refuses(code()?),
+        Word::Crashes => End::Crashes,
+    })
 }
 
 /// The points of a page: the first cells of the tables whose heading has the columns `Point` and `Buzz`.

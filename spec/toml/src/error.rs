@@ -51,6 +51,13 @@ pub enum TomlError {
     More { count: usize },
 }
 
+/// For files whose only mistakes are those that any TOML file can have.
+impl Cause for TomlError {
+    fn help(&self) -> Option<String> {
+        TomlError::help(self)
+    }
+}
+
 impl<C: Cause> FileError<C> {
     /// Returns the correction, if the message does not contain it.
     pub fn help(&self) -> Option<String> {
