@@ -6,7 +6,7 @@
 
 use annotate_snippets::Level;
 use bittybuzz_robot_spec::{NumberProfile, Robot};
-use bittybuzz_vm_core::builtin::{self, Library};
+use bittybuzz_vm_core::builtin::{self, BuiltinInfo, Library};
 use bittybuzz_vm_core::{Fault, FaultCode, Refusal, Type, opcode};
 use serde_json::{Value, json};
 
@@ -64,7 +64,7 @@ pub fn describe(
 ) -> Words {
     let instruction = instruction::ending_at(&program.image, fault.position);
     let what = FaultText { fault, program, instruction, callee: callee(instruction, program) };
-    let nil = marked.and_then(|marked| operand::nil(marked, fault.code, fault.operands));
+    let nil = marked.and_then(|marked| operand::nil(marked, fault));
     let mut headline = what.headline(marked);
     if let Some(nil) = &nil {
         headline.push_str(&format!(": `{nil}` is nil"));
@@ -129,7 +129,7 @@ impl FaultText<'_> {
         match self.fault.code {
             FaultCode::WrongType => self.wrong_type(first, second),
             FaultCode::NotATable => self.no_table(first),
-            FaultCode::NotCallable => match &self.callee {
+            FaultCode::NotCallable => match operand::called_by(self.fault).map(builtin_name) {
                 Some(callee) => format!("{callee} needs a function to call, not {first}"),
                 None => format!("cannot call {first}"),
             },
@@ -340,17 +340,19 @@ impl FaultText<'_> {
 fn callee(instruction: Option<ByteCodeInstruction>, program: &LoadedProgram) -> Option<String> {
     let ByteCodeInstruction { opcode, operand } = instruction?;
     match opcode {
-        opcode::CALL_BUILTIN => {
-            let info = builtin::info(u8::try_from(operand).ok()?)?;
-            Some(match info.library {
-                Library::Rng => format!("`math.rng.{}`", info.name),
-                library => match library.global_name() {
-                    Some(name) => format!("`{name}.{}`", info.name),
-                    None => format!("`{}`", info.name),
-                },
-            })
-        }
+        opcode::CALL_BUILTIN => Some(builtin_name(builtin::info(u8::try_from(operand).ok()?)?)),
         _ => import(instruction?, program).map(|name| format!("`{name}`")),
+    }
+}
+
+/// Returns the name of a built-in function, in quotation marks, as a script writes it.
+fn builtin_name(info: &BuiltinInfo) -> String {
+    match info.library {
+        Library::Rng => format!("`math.rng.{}`", info.name),
+        library => match library.global_name() {
+            Some(name) => format!("`{name}.{}`", info.name),
+            None => format!("`{}`", info.name),
+        },
     }
 }
 

@@ -5,14 +5,16 @@ use std::path::Path;
 use bittybuzz_compiler::ast::{ChainLink, Expr, ExprKind, Stmt, StmtKind};
 use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::parser;
-use bittybuzz_vm_core::{FaultCode, Type};
+use bittybuzz_vm_core::builtin::{self, BuiltinInfo, Library};
+use bittybuzz_vm_core::{Fault, FaultCode, Type};
 
 /// The prefix that turns an expression into a statement.
 const TARGET: &str = "x = ";
 
 /// Returns the variable, field or `self` that was nil, as it is written in the script. `marked` is the source text of the
-/// instruction, and `operands` are the types of its operands.
-pub fn nil(marked: &str, code: FaultCode, operands: [Type; 2]) -> Option<String> {
+/// instruction.
+pub fn nil(marked: &str, fault: &Fault) -> Option<String> {
+    let Fault { code, operands, .. } = *fault;
     let statement = format!("{TARGET}{marked}");
     let (text, stmt) = match only_statement(&statement) {
         Some(stmt) => (statement.as_str(), stmt),
@@ -36,7 +38,11 @@ pub fn nil(marked: &str, code: FaultCode, operands: [Type; 2]) -> Option<String>
             _ => return None,
         },
         FaultCode::NotCallable if operands[0] == Type::Nil => match &expr.kind {
-            ExprKind::Call { callee, .. } => callee,
+            ExprKind::Call { callee, args, .. } => match called_by(fault) {
+                // The source of the iteration is the first argument, or the object of a method.
+                Some(info) => args.get(usize::from(info.library == Library::Global))?,
+                None => callee,
+            },
             _ => return None,
         },
         _ => return None,
@@ -45,6 +51,12 @@ pub fn nil(marked: &str, code: FaultCode, operands: [Type; 2]) -> Option<String>
         matches!(operand.kind, ExprKind::Name(_) | ExprKind::Field { .. } | ExprKind::Index { .. });
     let range = operand.span.start as usize..operand.span.end as usize;
     text.get(range).filter(|_| is_place).map(str::to_owned)
+}
+
+/// Returns the built-in function that was to call something that is no function.
+pub fn called_by(fault: &Fault) -> Option<&'static BuiltinInfo> {
+    let is_argument = fault.code == FaultCode::NotCallable && fault.detail != 0;
+    builtin::info(u8::try_from(fault.detail).ok()?).filter(|_| is_argument)
 }
 
 /// Returns the side of an operation that is nil, if only one of them can be.
@@ -85,6 +97,7 @@ mod tests {
     fn the_nil_operand_is_found() {
         use FaultCode::{NotATable, NotCallable, WrongType};
         let (nil, int) = (Type::Nil, Type::Int);
+        let fault = |code, operands, detail| Fault { code, position: 0, operands, detail };
         for (marked, code, operands, expected) in [
             ("counter + 1", WrongType, [nil, int], Some("counter")),
             ("1 + counter", WrongType, [nil, int], Some("counter")),
@@ -106,7 +119,20 @@ mod tests {
             ("not a statement", WrongType, [nil, int], None),
             ("", WrongType, [nil, int], None),
         ] {
-            assert_eq!(super::nil(marked, code, operands).as_deref(), expected, "{marked}");
+            let fault = fault(code, operands, 0);
+            assert_eq!(super::nil(marked, &fault).as_deref(), expected, "{marked}");
+        }
+        for (marked, by, expected) in [
+            ("foreach(t, f)", builtin::FOREACH, Some("f")),
+            ("each(t, f)", builtin::FOREACH, Some("f")),
+            ("reduce(t, my.f, 0)", builtin::REDUCE, Some("my.f")),
+            ("map(t, f())", builtin::MAP, None),
+            ("neighbors.foreach(f)", builtin::NEIGHBORS_FOREACH, Some("f")),
+            ("v.reduce(f, 0)", builtin::STIGMERGY_REDUCE, Some("f")),
+            ("map()", builtin::MAP, None),
+        ] {
+            let fault = fault(NotCallable, [nil, nil], by.into());
+            assert_eq!(super::nil(marked, &fault).as_deref(), expected, "{marked}");
         }
     }
 }

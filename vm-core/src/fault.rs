@@ -10,7 +10,8 @@ pub enum FaultCode {
     WrongType = 1,
     /// The value before `.` or `[` is no table.
     NotATable = 2,
-    /// The value called is no function.
+    /// The value called is no function. The detail is the number of the built-in function that has
+    /// got this value to call, or 0 if the script calls it.
     NotCallable = 3,
     /// A table key that is neither number nor string.
     BadKey = 4,
@@ -78,7 +79,8 @@ pub struct Fault {
     pub position: u16,
     /// The types of the operands or of the offending value; nil if the cause has none.
     pub operands: [Type; 2],
-    /// A number for [`FaultCode::AssertFailed`] and [`FaultCode::RobotRefused`]; else 0.
+    /// A number for [`FaultCode::NotCallable`], [`FaultCode::AssertFailed`] and
+    /// [`FaultCode::RobotRefused`]; else 0.
     pub detail: u16,
 }
 

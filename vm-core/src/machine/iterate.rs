@@ -13,7 +13,7 @@ use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::number::Profile;
 use crate::part::Part;
-use crate::value::{Tag, Value};
+use crate::value::{Tag, Type, Value};
 
 // Locals of a built-in's frame. All are nil at first.
 /// The result so far: a table, or the accumulator of `reduce`.
@@ -78,6 +78,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.sp = self.sp.wrapping_sub(u16::from(count.wrapping_sub(wanted)));
         let first = usize::from(self.sp.wrapping_sub(u16::from(wanted)));
         let argument = self.arena.get(first);
+        // The function is checked even if there is no element to call it with: otherwise a mistake
+        // would only show where neighbors are.
+        if wanted > 1 {
+            let found = self.arena.get(first + 1).type_of();
+            if found == Type::Unset {
+                return Err(self.fail(FaultCode::MissingArgument));
+            }
+            if found != Type::Closure {
+                return Err(self.fail_with(FaultCode::NotCallable, [found; 2], number.into()));
+            }
+        }
         if number == builtin::DELAY {
             self.need_number(argument)?;
         } else if Self::has(Part::Iteration) && number < builtin::NEIGHBORS_GET {
