@@ -14,6 +14,11 @@
 //! [[no_case]]
 //! point = "a row without a script"
 //! reason = "the reason"
+//!
+//! [[family]]              # differences of `crate::arguments`
+//! point = "the first cell of the row, or a sentence of COMPATIBILITY.md"
+//! of = ["math.min", "<"]  # functions and operators; every one if left out
+//! here = "R0008"          # the code of the error here, or `prints`
 //! ```
 
 use std::fmt;
@@ -84,11 +89,34 @@ pub struct Case {
     pub as_buzz: bool,
 }
 
-/// The file: its cases, and the points without a case.
+/// Differences that many arguments of functions and operators show.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Family {
+    pub point: String,
+    /// Functions and operators; every one if it is empty.
+    pub of: Vec<String>,
+    /// The code of the error here, or `prints`.
+    pub here: String,
+}
+
+impl Family {
+    /// Returns true if this end of a script about a function or an operator belongs to it.
+    pub fn explains(&self, of: &str, here: &End) -> bool {
+        let end = match here {
+            End::Prints(_) => "prints",
+            End::Stops(code) | End::Refuses(code) => code,
+            End::Crashes => return false,
+        };
+        self.here == end && (self.of.is_empty() || self.of.iter().any(|name| name == of))
+    }
+}
+
+/// The file: its cases, the points without a case, and the families.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Differences {
     pub cases: Vec<Case>,
     pub no_case: Vec<String>,
+    pub families: Vec<Family>,
 }
 
 type Section<'a> = toml_reader::Section<'a, TomlError>;
@@ -96,10 +124,12 @@ type Section<'a> = toml_reader::Section<'a, TomlError>;
 const ROOT: &str = "the file";
 const CASE: &str = "this [[case]]";
 const NO_CASE: &str = "this [[no_case]]";
+const FAMILY: &str = "this [[family]]";
 
 fn keys(section: &'static str) -> Vec<&'static str> {
     match section {
-        ROOT => vec!["case", "no_case"],
+        ROOT => vec!["case", "no_case", "family"],
+        FAMILY => vec!["point", "of", "here"],
         NO_CASE => vec!["point", "reason"],
         _ => vec![
             "point",
@@ -120,9 +150,11 @@ pub fn load(path: &str) -> Differences {
     let read = toml_reader::read(&SourceText::new(path, &text), &[], (ROOT, &keys), |root| {
         let cases: Vec<_> = root.sections("case", CASE).iter().map(case).collect();
         let no_case: Vec<_> = root.sections("no_case", NO_CASE).iter().map(no_case).collect();
+        let families: Vec<_> = root.sections("family", FAMILY).iter().map(family).collect();
         Some(Differences {
             cases: cases.into_iter().collect::<Option<_>>()?,
             no_case: no_case.into_iter().collect::<Option<_>>()?,
+            families: families.into_iter().collect::<Option<_>>()?,
         })
     });
     read.unwrap_or_else(|errors: Vec<FileError<TomlError>>| {
@@ -152,6 +184,18 @@ fn case(section: &Section<'_>) -> Option<Case> {
 fn no_case(section: &Section<'_>) -> Option<String> {
     section.required("reason")?.string()?;
     section.required("point")?.string().map(str::to_string)
+}
+
+fn family(section: &Section<'_>) -> Option<Family> {
+    let text = |key| section.required(key)?.string().map(str::to_string);
+    let of = match section.get("of") {
+        Some(entry) => {
+            let names = entry.list()?;
+            names.iter().map(|name| name.string().map(str::to_string)).collect::<Option<_>>()?
+        }
+        None => Vec::new(),
+    };
+    Some(Family { point: text("point")?, of, here: text("here")? })
 }
 
 fn end(

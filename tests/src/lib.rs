@@ -17,11 +17,15 @@
 //! into the machine or run it a million times:
 //!
 //! * `random_programs`: programs that [`generator`] makes up, run in every way there is (`torture`);
+//! * `shared_language`: programs of [`shared_language`], with results recorded from Buzz;
+//! * `arguments`: functions and operators with [`arguments`] of every type, beside recorded results of Buzz;
 //! * `torture`: all scripts, in those same ways;
 //! * `swarm`: several robots that run a script together (`bittybuzz_testkit::Swarm`);
 //! * `memory`: structures and garbage that fill the memory.
 
+pub mod arguments;
 pub mod bbz;
+pub mod buzz;
 pub mod compatibility;
 #[cfg(feature = "in-process")]
 pub mod compiler;
@@ -32,9 +36,12 @@ pub mod example;
 pub mod files;
 pub mod generator;
 #[cfg(feature = "in-process")]
+pub mod here;
+#[cfg(feature = "in-process")]
 pub mod machine;
 pub mod malformed;
 pub mod report;
 pub mod script;
+pub mod shared_language;
 #[cfg(feature = "in-process")]
 pub mod torture;

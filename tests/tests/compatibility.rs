@@ -1,11 +1,9 @@
 //! COMPATIBILITY.md beside Buzz: each row of its tables has scripts whose results were recorded on both.
 
-use std::env;
 use std::fs;
-use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
+use bittybuzz_tests::buzz::Buzz;
 use bittybuzz_tests::compatibility::{self, Case, Differences, End};
 use bittybuzz_tests::{bbz, files, report};
 
@@ -68,37 +66,11 @@ fn results_here_are_those_recorded() {
 #[test]
 #[ignore = "needs `bzzc` and `bzzrun` of Buzz in the folder BUZZ_BIN"]
 fn buzz_still_does_what_was_recorded() {
-    let bin = PathBuf::from(env::var_os("BUZZ_BIN").expect("BUZZ_BIN names the folder of `bzzc`"));
-    let folder = folder("buzz");
+    let buzz = Buzz::new(folder("buzz"));
     let cases = differences().cases;
     let failures: Vec<_> = cases
         .iter()
-        .filter_map(|case| {
-            failure(case, "Buzz", &case.buzz, &end_of_buzz(&bin, &folder, &case.script))
-        })
+        .filter_map(|case| failure(case, "Buzz", &case.buzz, &buzz.run(&case.script).1))
         .collect();
     report::conclude("results of Buzz", cases.len(), 35, &failures);
-}
-
-/// Compiles and runs the script with Buzz.
-fn end_of_buzz(bin: &Path, folder: &Path, script: &str) -> End {
-    fs::write(folder.join("a.bzz"), script).unwrap();
-    // `bzzc` starts its stages by name.
-    let path = format!("{}:{}", bin.display(), env::var("PATH").unwrap_or_default());
-    let run = |program: &str, arguments: &[&str]| -> Output {
-        let mut command = Command::new(bin.join(program));
-        command.args(arguments).current_dir(folder).env("PATH", &path).output().unwrap()
-    };
-    let compiled = run("bzzc", &["-b", "a.bo", "-d", "a.bdb", "a.bzz"]);
-    if !compiled.status.success() {
-        return End::Refuses(String::new());
-    }
-    let ran = run("bzzrun", &["a.bo", "a.bdb"]);
-    let text = String::from_utf8_lossy(&ran.stdout);
-    let output = text.split("a.bo: execution terminated").next().unwrap_or_default();
-    match (ran.status.signal(), ran.status.success()) {
-        (Some(_), _) => End::Crashes,
-        (None, true) => End::Prints(output.trim_end().to_string()),
-        (None, false) => End::Stops(String::new()),
-    }
 }

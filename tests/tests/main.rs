@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
+mod arguments;
 mod capacity;
 mod checks;
 mod classes;
@@ -18,5 +19,6 @@ mod pauses;
 mod protocol;
 mod random_programs;
 mod scenarios;
+mod shared_language;
 mod text_budget;
 mod torture;
