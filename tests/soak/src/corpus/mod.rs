@@ -5,6 +5,10 @@
 //! A script is checked for the robot that its author had. Where no robot file of this repository describes it, `bbz
 //! stubs` writes one from the functions that the script calls and does not define; each of these has to be listed, so
 //! that a function which the compiler overlooks is not taken for the robot's.
+//!
+//! What a program prints in its first steps is what it prints with Buzz ([`log`]), except where its entry gives a reason.
+
+mod log;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -27,10 +31,10 @@ pub const MADE_OF: &[&str] = &[
     "spec/",
     "vm-core/src/",
     "tests/soak/corpus.toml",
-    "tests/soak/src/corpus.rs",
+    "tests/soak/src/corpus/",
 ];
 
-const LIST: &str = include_str!("../corpus.toml");
+const LIST: &str = include_str!("../../corpus.toml");
 
 /// The environment variable with the folder that holds the scripts of each repository, as `OWNER/NAME/PATH`.
 const FOLDER: &str = "BITTYBUZZ_CORPUS";
@@ -84,6 +88,10 @@ struct Script {
     program: bool,
     /// The fault that stops it.
     stops: Option<Stop>,
+    /// The hash of what it prints in its first steps, with Buzz and here.
+    log: Option<String>,
+    /// The reason why a program has none.
+    no_log: Option<String>,
 }
 
 /// A run-time error of a program.
@@ -192,11 +200,14 @@ pub fn run(item: &str) -> Result<Verdict> {
     }
     let count = |holds: fn(&Script) -> bool| repository.script.iter().filter(|s| holds(s)).count();
     Ok(Verdict::Shown(format!(
-        "{} scripts without errors, {} with those listed; {} programs run, {} do not",
+        "{} scripts without errors, {} with those listed; {} programs run, {} do not; {} logs as with \
+         Buzz, {} not comparable",
         count(|script| script.errors.is_empty()),
         count(|script| !script.errors.is_empty()),
         count(Script::runs),
         count(|script| script.program && !script.runs()),
+        count(|script| script.log.is_some()),
+        count(|script| script.no_log.is_some()),
     )))
 }
 
@@ -267,8 +278,11 @@ impl Checker {
         let mut problems = Vec::new();
         let robot = match &script.robot {
             Some(robot) => Some(robot.clone()),
-            None => self.stubs(repository, &path, &mut problems)?,
+            None => self.listed_stubs(repository, &path, &mut problems)?,
         };
+        if let Some(recorded) = &script.log {
+            problems.extend(self.logs(recorded, &path)?);
+        }
         if script.program && script.errors.is_empty() {
             let robot = robot.as_deref().context("a program without errors has a robot")?;
             problems.extend(self.runs(script, &path, robot)?);
@@ -335,26 +349,50 @@ impl Checker {
         Ok(problems)
     }
 
+    /// Runs the first steps of a program without a host; the differences of its log from the recorded one.
+    fn logs(&self, recorded: &str, program: &str) -> Result<Vec<String>> {
+        let robot = self.stubs(program)?.context("a program with a log has a robot")?;
+        let path = self.robot_file.with_file_name("program.bzz");
+        log::write_script(&path, &robot, program)?;
+        let ended = self.bbz(&["run", &path.display().to_string(), "--steps", "0"])?;
+        let here = log::hash(&ended.text, ended.status != SUCCESS);
+        // Buzz does not look beside the including file.
+        let beside = Path::new(program).parent().map(Path::to_path_buf);
+        let include: Vec<PathBuf> = beside.into_iter().chain(self.include.clone()).collect();
+        let buzz = log::with_buzz(&path, &include)?;
+        let found = [("here", Some(here)), ("with Buzz", buzz)];
+        let differs = |(place, log): (&str, Option<String>)| {
+            let log = log.filter(|log| log != recorded)?;
+            Some(format!("the log {place} is {log} in place of {recorded}"))
+        };
+        Ok(found.into_iter().filter_map(differs).collect())
+    }
+
     /// Makes a robot from the calls of a script; `None` if the script has a syntax error.
-    fn stubs(
-        &self,
-        repository: &Repository,
-        path: &str,
-        problems: &mut Vec<String>,
-    ) -> Result<Option<String>> {
+    fn stubs(&self, path: &str) -> Result<Option<toml::Table>> {
         write(&self.robot_file, b"")?;
         let output = self.robot_file.display().to_string();
         if self.bbz(&["stubs", path, "-o", &output])?.status == COMPILE_ERROR {
             return Ok(None);
         }
-        let robot: toml::Table = toml::from_str(&fs::read_to_string(&self.robot_file)?)?;
+        Ok(Some(toml::from_str(&fs::read_to_string(&self.robot_file)?)?))
+    }
+
+    /// Returns the path of that robot, and names its functions that the list does not have.
+    fn listed_stubs(
+        &self,
+        repository: &Repository,
+        path: &str,
+        problems: &mut Vec<String>,
+    ) -> Result<Option<String>> {
+        let Some(robot) = self.stubs(path)? else { return Ok(None) };
         let functions = robot.get("function").and_then(toml::Value::as_array).into_iter().flatten();
         let names = functions.filter_map(|function| function.get("name")?.as_str());
         let Repository { robot, other_scripts, nowhere, .. } = repository;
         let known = [robot, other_scripts, nowhere];
         let unlisted = names.filter(|name| !known.iter().any(|list| list.contains(*name)));
         problems.extend(unlisted.map(|name| format!("calls `{name}`, which is not listed")));
-        Ok(Some(output))
+        Ok(Some(self.robot_file.display().to_string()))
     }
 
     /// The messages of all errors, by their codes.
@@ -423,6 +461,10 @@ mod tests {
             let codes: BTreeSet<&str> =
                 script.errors.iter().map(|error| error.code.as_str()).collect();
             assert_eq!(codes.len(), script.errors.len(), "{}", script.path);
+            let has_log = script.program && script.errors.is_empty();
+            let reasons = [script.log.is_some(), script.no_log.is_some()];
+            let logs = reasons.into_iter().filter(|it| *it).count();
+            assert_eq!(logs, usize::from(has_log), "{}: a log, or a reason", script.path);
             if let Some(stop) = &script.stops {
                 let is_fault = stop.code.starts_with('R') && !stop.note.is_empty();
                 assert!(script.program && is_fault, "{}: {stop:?}", script.path);
