@@ -147,18 +147,18 @@ fn only_own_values(
             continue;
         }
         let Some(first) = values.iter().flatten().min() else { continue };
-        diagnostics.push(
-            Diagnostic::new(
-                DiagnosticCode::OnlyOwnValue,
-                *first,
-                format!("`{}` is nil here: nothing gives it a first value", name.text),
-            )
-            .label("stops the script")
-            .help(match similar(program, &name.text) {
-                Some(other) => format!("did you mean `{other}`?"),
-                None => format!("assign it before, such as `{} = 0` in `init`", name.text),
-            }),
-        );
+        let diagnostic = Diagnostic::new(
+            DiagnosticCode::OnlyOwnValue,
+            *first,
+            format!("`{}` is nil here: nothing gives it a first value", name.text),
+        )
+        .label("stops the script");
+        diagnostics.push(match similar(program, &name.text) {
+            Some(other) => diagnostic.help(format!("did you mean `{other}`?")).guess(*first, other),
+            None => {
+                diagnostic.help(format!("assign it before, such as `{} = 0` in `init`", name.text))
+            }
+        });
     }
     diagnostics
 }

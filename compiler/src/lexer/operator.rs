@@ -175,13 +175,33 @@ impl Lexer<'_> {
             format!("Buzz has no operator `{text}`"),
             help,
         );
-        // `x += 1`, `a .. b` and `x => x` need more than another operator, so there is no edit.
+        // `a .. b` and `x => x` need more than another operator, so there is no edit.
         let is_one_sign = meant != FixedToken::Assign && meant != FixedToken::Plus && text != "=>";
         if is_one_sign || text == ":=" {
             self.suggest_edit(meant.text());
+        } else if meant == FixedToken::Assign
+            && let Some(operator) = text.strip_suffix('=')
+            && let Some(target) = self.target_of_compound(operator)
+        {
+            self.suggest_edit(&format!("= {target} {operator}"));
         }
         self.push_fixed(meant);
         true
+    }
+
+    /// Returns the variable or field of `x += 1`, if it is the whole beginning of the line and if `x = x + 1`
+    /// means the same: of `x -= a + b` it would not.
+    fn target_of_compound(&self, operator: &str) -> Option<String> {
+        let before = self.text[..self.start].rsplit('\n').next()?.trim();
+        let after = self.rest().split(['\n', '#', ';', '}']).next()?.trim();
+        steps::take(before.len() + after.len());
+        let is_simple = |text: &str, more: &[char]| {
+            let fits = |c: char| c.is_ascii_alphanumeric() || c == '_' || more.contains(&c);
+            !text.is_empty() && text.chars().all(fits)
+        };
+        let is_sum = operator == "+" && !after.contains([',', '?', ':', '<', '>', '=', '&', '|']);
+        (is_simple(before, &['.']) && (is_sum || is_simple(after, &['.'])))
+            .then(|| before.to_owned())
     }
 
     /// Reads everything up to the next quote on the line as a string.

@@ -8,6 +8,7 @@ use super::{Parse, Parser};
 use crate::ast::{BinaryOp, ChainLink, Expr, ExprKind, Precedence, UnaryOp};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
+use crate::source::Span;
 use crate::token::{FixedToken, Separation, TokenKind};
 
 /// Returns the binary operator that a token stands for.
@@ -244,17 +245,51 @@ impl Parser<'_> {
             return false;
         }
         let sign = sign.text();
-        self.complain(
-            Diagnostic::new(
-                DiagnosticCode::ForeignOperator,
-                first.span.to(second.span),
-                format!("Buzz has no operator `{sign}{sign}`"),
-            )
-            .help(format!("write `x = x {sign} 1`")),
+        let diagnostic = Diagnostic::new(
+            DiagnosticCode::ForeignOperator,
+            first.span.to(second.span),
+            format!("Buzz has no operator `{sign}{sign}`"),
         );
+        self.complain(match self.target_before() {
+            Some(target) => {
+                let name = self.sources.text(target);
+                let longer = format!("{name} = {name} {sign} 1");
+                diagnostic
+                    .help(format!("write `{longer}`"))
+                    .edit(target.to(second.span), longer.clone())
+            }
+            None => diagnostic.help(format!("write `x = x {sign} 1`")),
+        });
         self.advance();
         self.advance();
         true
+    }
+
+    /// Returns the place of the variable or field before the current token, if a statement begins with
+    /// it, or it is in the head of a `for`.
+    fn target_before(&self) -> Option<Span> {
+        let mut first = self.position.checked_sub(1)?;
+        self.name_at(first)?;
+        while first >= 2 && self.fixed_at(first - 1) == Some(FixedToken::Dot) {
+            first -= 2;
+            self.name_at(first)?;
+        }
+        let before = first.checked_sub(1).and_then(|before| self.fixed_at(before));
+        let is_in_for = || {
+            let head = self.open.last().and_then(|open| open.checked_sub(1));
+            head.and_then(|head| self.fixed_at(head)) == Some(FixedToken::For)
+        };
+        let begins = match before {
+            Some(
+                FixedToken::OpenBrace
+                | FixedToken::CloseBrace
+                | FixedToken::CloseParen
+                | FixedToken::Else,
+            ) => true,
+            Some(FixedToken::Comma) => is_in_for(),
+            _ => self.token_at(first).is_separated() && !self.is_enclosed(),
+        };
+        begins.then(|| self.token_at(first).span.to(self.previous().span))
     }
 
     /// Warns if the current token begins a line, but is parsed as part of the statement above.

@@ -119,13 +119,17 @@ impl Parser<'_> {
         let ExprKind::Unary { operand, .. } = &node.kind else { return };
         let ExprKind::Paren(inner) = &operand.kind else { return };
         if is_condition(inner) {
+            let sign = Span { end: node.span.start + 1, ..node.span };
+            let end = Span { start: node.span.end, ..node.span };
             self.warn(
                 Diagnostic::new(
                     DiagnosticCode::BitwiseNotOfCondition,
                     node.span,
                     "`!` inverts bits: of a condition it gives -1 or -2, which are both true",
                 )
-                .help("the logical operator is the word `not`"),
+                .help("the logical operator is the word `not`")
+                .edit(sign, "(not ")
+                .edit(end, ")"),
             );
         }
     }

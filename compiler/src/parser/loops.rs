@@ -207,16 +207,19 @@ impl Parser<'_> {
         }
         let span = self.span_since(start);
         let written = self.sources.text(span);
+        let help = match written.contains('\n') {
+            true => format!("write `{keyword}(...)`"),
+            false => format!("write `{keyword}({written})`"),
+        };
         self.complain(
             Diagnostic::new(
                 DiagnosticCode::ConditionWithoutParentheses,
                 span,
                 format!("the condition of this `{keyword}` is not in parentheses as a whole"),
             )
-            .help(match written.contains('\n') {
-                true => format!("write `{keyword}(...)`"),
-                false => format!("write `{keyword}({written})`"),
-            }),
+            .help(help)
+            .edit(Span { end: span.start, ..span }, "(")
+            .edit(Span { start: span.end, ..span }, ")"),
         );
         Ok(condition)
     }
@@ -234,7 +237,8 @@ impl Parser<'_> {
                 assign,
                 "an assignment is no condition",
             )
-            .help("to compare, write `==`"),
+            .help("to compare, write `==`")
+            .guess(assign, "=="),
         );
         self.advance();
         self.condition()?;

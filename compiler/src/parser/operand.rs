@@ -5,7 +5,7 @@ use crate::ast::{Expr, ExprKind, FieldKey, Ident, Precedence, TableField, UnaryO
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
-use crate::token::{FixedToken, TokenKind};
+use crate::token::{FixedToken, KEYWORDS, TokenKind};
 
 impl Parser<'_> {
     pub(super) fn operand(&mut self) -> Parse<Expr> {
@@ -235,7 +235,8 @@ impl Parser<'_> {
                 dot.to(token.span),
                 "a number cannot stand after a dot here",
             )
-            .help(format!("write `[{written}]`")),
+            .help(format!("write `[{written}]`"))
+            .edit(dot.to(token.span), format!("[{written}]")),
         );
         Ok(ExprKind::Index { object, index: Box::new(self.expr(number, token.span)) })
     }
@@ -364,16 +365,38 @@ impl Parser<'_> {
             }
             _ => "a list is a table with numbers as keys: `{.0 = \"a\", .1 = \"b\"}`".to_owned(),
         };
-        let diagnostic = Diagnostic::new(
+        let mut diagnostic = Diagnostic::new(
             DiagnosticCode::FieldWithoutDot,
             token.span,
             "a table field is written `.name = value`",
         )
         .help(help);
+        let name = match &token.kind {
+            TokenKind::Name(name) => Some(name),
+            TokenKind::Str(text) if can_be_name(text) => Some(text),
+            _ => None,
+        };
+        if let Some(name) = name {
+            // `a: 1` and `"a": 1` of other languages.
+            let colon = self.token_at(self.position + 1).span;
+            let is_colon = self.sources.text(colon) == ":";
+            if is_colon {
+                diagnostic = diagnostic.edit(token.span.to(colon), format!(".{name} ="));
+            } else if is_assignment {
+                diagnostic = diagnostic.edit(token.span, format!(".{name}"));
+            }
+        }
         if matches!(token.kind, TokenKind::Name(_)) && is_assignment {
             self.complain(diagnostic);
             return Ok(token.span);
         }
         Err(self.report(diagnostic))
     }
+}
+
+/// Returns true if a field can have that name without quotes.
+fn can_be_name(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && KEYWORDS.into_iter().all(|keyword| keyword.text() != text)
 }

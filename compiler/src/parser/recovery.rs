@@ -146,10 +146,12 @@ impl Parser<'_> {
     fn unexpected_in_brackets(&mut self, expected: &str, closing: FixedToken) -> Diagnostic {
         let diagnostic = self.unexpected(expected);
         if self.at(FixedToken::Assign) {
-            return diagnostic.help(match closing {
-                FixedToken::CloseBrace => "is a comma missing before this field?",
-                _ => "an assignment is a statement, it has no value",
-            });
+            return match closing {
+                FixedToken::CloseBrace => diagnostic.help("is a comma missing before this field?"),
+                _ => diagnostic
+                    .help("an assignment is a statement and has no value; to compare, write `==`")
+                    .guess(self.span(), "=="),
+            };
         }
         let (token, before) = (self.token(), self.previous());
         if matches!(token.kind, TokenKind::Str(_))

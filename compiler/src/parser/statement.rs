@@ -226,7 +226,8 @@ impl Parser<'_> {
             self.span(),
             "`==` compares, it does not assign",
         )
-        .help("write `=`");
+        .help("write `=`")
+        .edit(self.span(), "=");
         self.complain(diagnostic);
         true
     }
@@ -266,7 +267,8 @@ impl Parser<'_> {
                     "this is the value of the `return` on a line above",
                 )
                 .related(keyword, "the `return`")
-                .help("write `return;` to return nothing, or the value on the line of `return`"),
+                .help("write `return;` to return nothing, or the value on the line of `return`")
+                .guess(Span { start: keyword.end, ..keyword }, ";"),
             );
         }
         Ok(StmtKind::Return { value: Some(value) })
@@ -412,6 +414,7 @@ impl Parser<'_> {
                 "this compares, and nothing is done with the result",
             )
             .help(format!("to assign, write `{target} = ...`"))
+            .guess(operator, "=")
         } else {
             self.unused_value(value.span)
         };

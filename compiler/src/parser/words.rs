@@ -9,6 +9,12 @@ use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::token::{FixedToken, KEYWORDS, TokenKind};
 
+/// Help about words that stand for one keyword, and that keyword.
+const DECLARES: (&str, &str) = ("a variable is declared with `var`", "var");
+const DEFINES: (&str, &str) =
+    ("a function is defined with `function name(...) { ... }`", "function");
+const INCLUDES: (&str, &str) = ("write `include \"file.bzz\"`", "include");
+
 /// Returns Buzz's counterpart of a word from another language.
 fn instead_of(word: &str) -> Option<&'static str> {
     Some(match word {
@@ -19,15 +25,13 @@ fn instead_of(word: &str) -> Option<&'static str> {
         "do" => "a loop is written `while(condition) { ... }`, and blocks stand in braces",
         "then" | "end" | "begin" | "endif" | "done" => "blocks stand in braces: `{ ... }`",
         "local" | "let" | "const" | "int" | "float" | "double" | "char" | "bool" | "auto"
-        | "uint8_t" | "int16_t" | "string" => "a variable is declared with `var`",
-        "def" | "func" | "fn" | "fun" | "void" | "proc" | "sub" => {
-            "a function is defined with `function name(...) { ... }`"
-        }
+        | "uint8_t" | "int16_t" | "string" => DECLARES.0,
+        "def" | "func" | "fn" | "fun" | "void" | "proc" | "sub" => DEFINES.0,
         "pass" => "write `{}` for a block that does nothing",
         "switch" | "case" | "default" | "match" | "unless" => "use `if` and `else if`",
         "foreach" => "`foreach` is a function: `foreach(t, function(key, value) { ... })`",
         "repeat" | "until" | "loop" => "the loops of Buzz are `while` and `for`",
-        "import" | "require" | "using" | "use" => "write `include \"file.bzz\"`",
+        "import" | "require" | "using" | "use" => INCLUDES.0,
         "class" | "struct" | "enum" => "use a table: `t = {.x = 1}`",
         "try" | "catch" | "throw" | "raise" => {
             "a script cannot catch errors; check values before you use them"
@@ -84,7 +88,8 @@ impl Parser<'_> {
                 call.span,
                 "the file name of an include stands without parentheses",
             )
-            .help(format!("write `include \"{path}\"`"));
+            .help(format!("write `include \"{path}\"`"))
+            .edit(call.span, format!("include \"{path}\""));
             self.complain(diagnostic);
             return Ok(());
         }
@@ -214,7 +219,13 @@ impl Parser<'_> {
 /// word may be a misspelt keyword.
 fn explained(diagnostic: Diagnostic, word: &str, may_be_keyword: bool) -> Option<Diagnostic> {
     if let Some(help) = instead_of(word) {
-        return Some(diagnostic.help(help));
+        let keyword = [DECLARES, DEFINES, INCLUDES].into_iter().find(|(known, _)| *known == help);
+        let span = diagnostic.span;
+        let diagnostic = diagnostic.help(help);
+        return Some(match keyword.filter(|_| may_be_keyword) {
+            Some((_, keyword)) => diagnostic.guess(span, keyword),
+            None => diagnostic,
+        });
     }
     let keyword = misspelt_keyword(word).filter(|_| may_be_keyword)?;
     let span = diagnostic.span;
