@@ -357,8 +357,8 @@ fn robots_are_listed_with_their_functions() {
     for line in [
         "Kilobot (`--robot kilobot`): ATmega328P",
         "  azimuth and elevation of neighbors are nil",
-        "led(color: int)",
-        "led(red: int, green: int, blue: int)",
+        "led(color: int 0..7)",
+        "led(red: int 0..3, green: int 0..3, blue: int 0..3)",
         "    duty of each vibration motor, 0 to 255; a motor that starts is spun up for 15 ms first",
         "battery(): int",
     ] {

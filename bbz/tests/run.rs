@@ -36,9 +36,9 @@ fn robot_functions_return_the_type_of_the_robot_file_at_once() {
 fn arguments_that_the_robot_would_refuse_are_refused() {
     let wrong = run("refused_type", "f = led\nf(1)\nf(\"red\")\n", &["--robot", "kilobot"]);
     assert_eq!((wrong.status, wrong.stdout.as_str()), (Some(1), "led(1)\n"));
-    wrong.reports(&["error[R0001]", "a string", "s.bzz:3:1", "led takes (color: int)"]);
+    wrong.reports(&["error[R0001]", "a string", "s.bzz:3:1", "led takes (color: int 0..7)"]);
     let count = run("refused_count", "f = led\nf(1, 2)\n", &["--robot", "kilobot"]);
-    count.fails_with(1, &["error[R0012]", "s.bzz:2:1", "led takes (color: int)"]);
+    count.fails_with(1, &["error[R0012]", "s.bzz:2:1", "led takes (color: int 0..7)"]);
     // The Crazyflie's led takes two arguments as well, so without --robot they are fine.
     run("refused_by_no_robot", "f = led\nf(1, 2)\n", &[]).succeeds_with("led(1, 2)\n");
 }

@@ -143,6 +143,7 @@ codes! {
     OneSidedConflict = "W0226", "a conflict handler that always returns the same side";
     LongInStep = "W0227", "a message of several frames in every step";
     UnknownFunctionUnused = "W0228", "a call of an unknown function where nothing runs";
+    TopicNeverSent = "W0229", "a listener for a topic that the script never sends";
     ImpossibleOperation = "W0301", "an operation that always fails";
     DivisionByZero = "W0302", "a division by zero";
     ShiftCount = "W0303", "a shift by an impossible count";
@@ -157,6 +158,7 @@ codes! {
     NeighborByNumber = "W0312", "a number from 0 on in place of a neighbor's id";
     EndlessLoop = "W0313", "a loop whose condition nothing changes";
     DegreesForRadians = "W0314", "an angle in degrees where radians are needed";
+    ArgumentRange = "W0315", "a number outside the range of a robot function's parameter";
 }
 
 impl DiagnosticCode {

@@ -307,7 +307,12 @@ impl CallbackChecker<'_> {
             format!("the data of a neighbor has no `{key}`: it is nil"),
         )
         .label("always nil");
-        diagnostic = match suggest::nearest(key, NEIGHBOR_FIELDS) {
+        let meant = match key {
+            "range" | "dist" | "length" => Some("distance"),
+            "angle" | "bearing" | "direction" | "heading" | "theta" => Some("azimuth"),
+            _ => suggest::nearest(key, NEIGHBOR_FIELDS),
+        };
+        diagnostic = match meant {
             Some(likely) => Advice::likely(likely).give(diagnostic, span),
             None => {
                 diagnostic.help("it has `distance` in mm, `azimuth` and `elevation` in radians")

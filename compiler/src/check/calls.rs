@@ -5,11 +5,14 @@ use bittybuzz_vm_core::builtin::{self, Library};
 
 use crate::check::checker::Checker;
 use crate::check::names::{LibraryMember, Meaning};
+use crate::check::overflow;
 use crate::check::suggest;
 use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId, NameId};
 use crate::check::values::{StaticType, kind_of};
 use crate::codes::DiagnosticCode;
+use crate::constant::ConstantNumber;
 use crate::diagnostic::Diagnostic;
+use crate::profile::NumberProfile;
 use crate::source::Span;
 
 /// Returns true if no argument contains a syntax error.
@@ -27,7 +30,9 @@ impl Checker<'_> {
                     let spans = [callee.span, *key_span, span];
                     self.check_member_call(library, key, args, spans);
                 } else if let Some(library) = self.meanings.object_of(object) {
-                    if builtin::find(library, key).is_none() {
+                    if let Some(info) = builtin::find(library, key) {
+                        self.check_method_call(library, info, args, span);
+                    } else {
                         // Other versions of Buzz have further ones, which a script may never call.
                         let code = DiagnosticCode::UnknownMember;
                         let noun = suggest::object_noun(library);
@@ -81,6 +86,30 @@ impl Checker<'_> {
             Meaning::Nil => self.unknown_call(name, callee),
             Meaning::Global => {}
         }
+    }
+
+    /// Checks the number of arguments of a method of a swarm, a stigmergy or a table of neighbors.
+    fn check_method_call(
+        &mut self,
+        library: Library,
+        info: &builtin::BuiltinInfo,
+        args: &[CheckedExpr],
+        span: Span,
+    ) {
+        let (min, max, given) = (usize::from(info.min), usize::from(info.max), args.len());
+        if !is_complete(args) || (min..=max).contains(&given) {
+            return;
+        }
+        let (code, label) = if given < min {
+            (DiagnosticCode::MissingArguments, "stops the script")
+        } else {
+            (DiagnosticCode::ExtraArguments, "the others are ignored")
+        };
+        let wanted = if given < min { min } else { max };
+        let (noun, name) = (suggest::object_noun(library), info.name);
+        let message =
+            format!("`{name}` of {noun} takes {}, not {given}", counted(wanted, "argument"));
+        self.report(Diagnostic::new(code, span, message).label(label).help(info.help));
     }
 
     /// Adds a suggestion for a method that an object does not have.
@@ -238,6 +267,21 @@ impl Checker<'_> {
         );
     }
 
+    fn outside_of_range(&mut self, name: &str, list: &[Parameter], args: &[CheckedExpr]) {
+        let Some((parameter, arg, number)) = first_outside(list, args) else { return };
+        let Some(range) = &parameter.range else { return };
+        let help =
+            self.meanings.robots().functions(name).first().map(|function| function.help.clone());
+        let message = format!(
+            "`{}` of `{name}` is {} to {}, not {number}",
+            parameter.name,
+            range.start(),
+            range.end()
+        );
+        let diagnostic = Diagnostic::new(DiagnosticCode::ArgumentRange, arg.span, message);
+        self.report(diagnostic.label("out of range").help(help.unwrap_or_default()));
+    }
+
     fn check_robot_call(&mut self, name: &str, args: &[CheckedExpr], span: Span) {
         let functions = self.meanings.robots().functions(name);
         let of_count: Vec<&Vec<Parameter>> = functions
@@ -268,7 +312,13 @@ impl Checker<'_> {
             };
             args.iter().zip(&kinds).enumerate().find(is_wrong)
         };
-        if of_count.iter().any(|list| first_wrong(list).is_none()) {
+        let fitting: Vec<_> =
+            { of_count.iter() }.filter(|list| first_wrong(list).is_none()).collect();
+        if let Some(first) = fitting.first() {
+            // Without `--robot` the call is right if it is in the range of any robot.
+            if fitting.iter().all(|list| first_outside(list, args).is_some()) {
+                self.outside_of_range(name, first, args);
+            }
             return;
         }
         // The message refers to the first parameter list with this number of arguments. Several are
@@ -294,6 +344,24 @@ impl Checker<'_> {
             );
         }
     }
+}
+
+/// Returns the first argument that is a constant outside the range of its parameter, and that parameter.
+fn first_outside<'a>(
+    list: &'a [Parameter],
+    args: &'a [CheckedExpr],
+) -> Option<(&'a Parameter, &'a CheckedExpr, f64)> {
+    args.iter().enumerate().find_map(|(index, arg)| {
+        let parameter = parameter_at(list, index)?;
+        let range = parameter.range.as_ref()?;
+        // Full numbers hold those of `tiny`, too.
+        let number = match overflow::value(arg, NumberProfile::Full)? {
+            ConstantNumber::Int(number) => f64::from(number),
+            ConstantNumber::Float(number) => f64::from(number),
+        };
+        let is_inside = f64::from(*range.start()) <= number && number <= f64::from(*range.end());
+        (!is_inside).then_some((parameter, arg, number))
+    })
 }
 
 /// Returns true if a parameter accepts a value of that type. A value of unknown type is accepted.

@@ -22,6 +22,7 @@ mod shadowing;
 mod shapes;
 mod stuck;
 mod suggest;
+mod topics;
 pub mod tree;
 mod unused;
 pub mod values;
@@ -74,6 +75,7 @@ pub fn check<'a>(
     diagnostics.extend(overflow::check_overflow(&program, arithmetic));
     diagnostics.extend(stuck::check_stuck(&program, &meanings, arithmetic));
     diagnostics.extend(loops::check_loops(&program, &meanings));
+    diagnostics.extend(topics::check_topics(&program, &meanings));
     // Warnings about unused names are given only for a script without errors, because a misspelt
     // name or a syntax error makes another name look unused.
     let is_wrong = |found: &Diagnostic| {

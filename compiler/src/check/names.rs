@@ -52,9 +52,10 @@ pub struct Meanings<'a> {
     robots: KnownRobots<'a>,
     profile: NumberProfile,
     names: Vec<Meaning>,
-    /// Libraries that the script uses as values, so that their members may be read or changed
-    /// anywhere.
+    /// Libraries that the script uses as values, so that their members may be read anywhere.
     escaped: BTreeSet<Library>,
+    /// Those of them whose members may be changed anywhere: `log` and the like only look at a library.
+    changing: BTreeSet<Library>,
     /// Fields that the script assigns.
     assigned: BTreeSet<(Library, String)>,
     /// For every function, true if its self is always nil.
@@ -95,6 +96,7 @@ impl<'a> Meanings<'a> {
             profile,
             names,
             escaped: BTreeSet::new(),
+            changing: BTreeSet::new(),
             assigned: BTreeSet::new(),
             self_is_nil: Vec::new(),
             objects: BTreeMap::new(),
@@ -106,18 +108,21 @@ impl<'a> Meanings<'a> {
                 meanings: &meanings,
                 position: program.find_name("pos"),
                 escaped: program.names.iter().filter_map(first_library).collect(),
+                changing: program.names.iter().filter_map(first_library).collect(),
                 assigned: BTreeSet::new(),
             };
             for function in &program.functions {
                 scan.stmts(&function.body);
             }
-            let (escaped, assigned) = (scan.escaped, scan.assigned);
+            let LibraryScan { escaped, changing, assigned, .. } = scan;
             meanings.escaped = escaped;
+            meanings.changing = changing;
             meanings.assigned = assigned;
-            if meanings.escaped.contains(&Library::Math)
-                || meanings.is_assigned(Library::Math, "rng")
-            {
-                meanings.escaped.insert(Library::Rng);
+            let is_assigned = meanings.is_assigned(Library::Math, "rng");
+            for set in [&mut meanings.escaped, &mut meanings.changing] {
+                if set.contains(&Library::Math) || is_assigned {
+                    set.insert(Library::Rng);
+                }
             }
         }
         meanings.self_is_nil = program
@@ -186,7 +191,7 @@ impl<'a> Meanings<'a> {
 
     /// Returns the meaning of a library's field.
     pub fn member(&self, library: Library, key: &str) -> LibraryMember {
-        if self.escaped.contains(&library) || self.is_assigned(library, key) {
+        if self.changing.contains(&library) || self.is_assigned(library, key) {
             return LibraryMember::Changing;
         }
         self.robots.member(library, key).map_or(LibraryMember::Absent, LibraryMember::Known)
@@ -266,6 +271,8 @@ struct LibraryScan<'m> {
     /// are among these strings.
     position: Option<NameId>,
     escaped: BTreeSet<Library>,
+    /// Those of them that reach code which may change them.
+    changing: BTreeSet<Library>,
     assigned: BTreeSet<(Library, String)>,
 }
 
@@ -339,9 +346,18 @@ impl LibraryScan<'_> {
     fn value(&mut self, expr: &CheckedExpr) {
         if let Some(library) = self.library(expr) {
             self.escaped.insert(library);
+            self.changing.insert(library);
             return;
         }
         match &expr.kind {
+            CheckedExprKind::Call { callee, args } if self.only_looks(callee) => {
+                for arg in args {
+                    match self.library(arg) {
+                        Some(library) => _ = self.escaped.insert(library),
+                        None => self.value(arg),
+                    }
+                }
+            }
             CheckedExprKind::Field { object, .. } => self.tested(object),
             CheckedExprKind::Unary { op: UnaryOp::Not, operand } => self.tested(operand),
             CheckedExprKind::Chain { links, .. } if links.iter().any(|link| link.op.is_logic()) => {
@@ -352,6 +368,23 @@ impl LibraryScan<'_> {
             }
             _ => children(expr, |child| self.value(child)),
         }
+    }
+
+    /// Returns true for a built-in function that changes none of its arguments, and keeps none.
+    fn only_looks(&self, callee: &CheckedExpr) -> bool {
+        const LOOKING: [u8; 9] = [
+            builtin::LOG,
+            builtin::SIZE,
+            builtin::TYPE,
+            builtin::IS_INT,
+            builtin::IS_FLOAT,
+            builtin::IS_STRING,
+            builtin::IS_TABLE,
+            builtin::IS_CLOSURE,
+            builtin::IS_USERDATA,
+        ];
+        matches!(callee.kind, CheckedExprKind::Name(name)
+            if matches!(self.meanings.of(name), Meaning::Builtin(number) if LOOKING.contains(&number)))
     }
 
     fn is_isnil(&self, callee: &CheckedExpr) -> bool {

@@ -119,6 +119,22 @@ impl Checker<'_> {
         if let Some(library) = self.meanings.object_of(object) {
             self.no_elements(library, span);
         }
+        // A robot's id is a number, and `neighbors` looks like a list of robots.
+        let is_number = || kind_of(index, self.meanings).is_some_and(StaticType::is_number);
+        if self.meanings.library(object) == Some(Library::Neighbors) && is_number() {
+            let diagnostic = Diagnostic::new(
+                DiagnosticCode::UnknownMember,
+                span,
+                "`neighbors` has no elements: this is nil",
+            );
+            let end = Span { start: index.span.end, ..span };
+            self.report(
+                diagnostic
+                    .help("the data of the robot with an id is `neighbors.get(id)`")
+                    .guess(Span { start: object.span.end, end: index.span.start, ..span }, ".get(")
+                    .guess(end, ")"),
+            );
+        }
     }
 
     fn no_elements(&mut self, library: Library, span: Span) {

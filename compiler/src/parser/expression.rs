@@ -117,16 +117,30 @@ impl Parser<'_> {
 
     fn complain_about_chain(&mut self, first: &Expr) {
         let operator = self.span();
-        self.complain(
-            Diagnostic::new(
-                DiagnosticCode::ChainedComparison,
-                operator,
-                "comparisons cannot be put in a row",
-            )
-            .label("the second comparison")
-            .related(first.span, "the first one ends here")
-            .help("write `a < b and b < c`, or put the first one in parentheses"),
-        );
+        let diagnostic = Diagnostic::new(
+            DiagnosticCode::ChainedComparison,
+            operator,
+            "comparisons cannot be put in a row",
+        )
+        .label("the second comparison")
+        .related(first.span, "the first one ends here")
+        .help("write `a < b and b < c`, or put the first one in parentheses");
+        let middle = match &first.kind {
+            ExprKind::Chain { links, .. } => links.last().map(|link| &link.right),
+            _ => None,
+        };
+        // A call would be made twice.
+        let is_plain = |middle: &&Expr| {
+            matches!(middle.kind, ExprKind::Name(_) | ExprKind::Int(_) | ExprKind::Float(_))
+        };
+        self.complain(match middle.filter(is_plain) {
+            Some(middle) => {
+                let name = self.sources.text(middle.span);
+                let end = Span { start: middle.span.end, ..middle.span };
+                diagnostic.guess(end, format!(" and {name}"))
+            }
+            None => diagnostic,
+        });
     }
 
     /// Parses a sum or a table literal, which cannot be an operand of `+` and the like.

@@ -160,6 +160,8 @@ const CASES: &[(&str, &str, &str)] = &[
     ("i = 0 while(i < neighbors.count()) { log(neighbors.get(i)) i = i + 1 }", "W0312", "i"),
     ("x = 1 while(x > 0) log(x)", "W0313", "x > 0"),
     ("x = math.tan(-45)", "W0314", "-45"),
+    ("function init() { neighbors.listen(\"k\", function(t, v, r) { log(v) }) }", "W0229", "\"k\""),
+    ("set_motor(0, 999)", "W0315", "999"),
     ("function _f() { return math.atan2(1, 2) } function init() { log(1) }", "W0228", "atan2"),
     (
         "math.v = {} math.v.f = function() { return math.atan2(1, 2) } function init() { log(1) }",
@@ -302,7 +304,7 @@ fn an_unknown_function_is_an_error_only_where_code_runs() {
         "function step() { _f() }",
         "function g() { _f() } function init() { log(1) } function destroy() { g() }",
         "function step() { t = { .f = _f } }",
-        "function step() { neighbors.listen(\"k\", _f) }",
+        "function step() { neighbors.listen(\"k\", _f) neighbors.broadcast(\"k\", 1) }",
         "function go() { _f() } function init() { step = go }",
         "function init() { foreach({}, function(k, v) { log(k, v) _f() }) }",
         "step = function() { return function() { _f() } }",
@@ -424,6 +426,8 @@ fn edits_make_the_script_that_was_meant() {
         ),
         ("E0213", "if id > 3 { log(1) }", "if (id > 3) { log(1) }"),
         ("E0213", "if (id > 3) and (id < 9) { log(1) }", "if ((id > 3) and (id < 9)) { log(1) }"),
+        ("E0204", "if(1 < id < 5) log(1)", "if(1 < id and id < 5) log(1)"),
+        ("W0208", "log(neighbors[3])", "log(neighbors.get(3))"),
         ("E0218", "t = {} log(t.1)", "t = {} log(t[1])"),
         ("E0220", "t = {a = 1}", "t = {.a = 1}"),
         ("E0220", "t = {a: 1}", "t = {.a = 1}"),
@@ -516,7 +520,7 @@ fn help_names_the_likely_name() {
         ("sleep(100)", "`delay(ms)`"),
         ("x = this", "`self`"),
         ("log(size())", "size(t)"),
-        ("led()", "`led(color: int)`"),
+        ("led()", "`led(color: int 0..7)`"),
     ];
     for (script, part) in cases {
         assert!(help(script).contains(part), "{script}: {}", help(script));

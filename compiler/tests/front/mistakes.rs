@@ -79,7 +79,7 @@ const CASES: &[Case] = &[
         &[("E0403", "neighbors.broadcast(3)", "topic, value")],
     ),
     (
-        "function got(t, v, r) { log(v) }\nfunction init() {\n  neighbors.listen(\"a\", got(\"a\", 1, 2))\n}\n",
+        "function got(t, v, r) { log(v) }\nfunction init() {\n  neighbors.listen(\"a\", got(\"a\", 1, 2))\n  neighbors.broadcast(\"a\", 1)\n}\n",
         &[("W0306", "got(\"a\", 1, 2)", "pass the function itself")],
     ),
     (
@@ -90,6 +90,50 @@ const CASES: &[Case] = &[
         "v = stigmergy.create(1)\nfunction step() {\n  v[id] = 3\n  log(v[id])\n}\n",
         &[("W0208", "v[id]", "`get(key)`"), ("W0208", "v[id]", "`put(key, value)`")],
     ),
+    (
+        "v = stigmergy.create(1)\nv.put(id)\nlog(v.get(), v.size(1))\n",
+        &[
+            ("W0205", "v.put(id)", "v.put(key, value)"),
+            ("W0205", "v.get()", "v.get(key)"),
+            ("W0206", "v.size(1)", "v.size()"),
+        ],
+    ),
+    ("s = swarm.create(1)\ns.select()\n", &[("W0205", "s.select()", "s.select(c)")]),
+    (
+        "function init() {\n  neighbors.listen(\"color\", function(t, v, r) { log(v) })\n}\n\
+         function step() {\n  neighbors.broadcast(\"colour\", 1)\n}\n",
+        &[("W0229", "\"color\"", "did you mean `\"colour\"`?")],
+    ),
+    (
+        "function step() {\n  neighbors.listen(\"alarm\", function(t, v, r) { log(v) })\n}\n",
+        &[("W0229", "\"alarm\"", "`neighbors.broadcast(\"alarm\", value)`")],
+    ),
+    // A topic that is computed, a function that sends any topic, and a library alone.
+    (
+        "function init() {\n  neighbors.listen(\"a\", function(t, v, r) { log(v) })\n}\n\
+         function step() {\n  neighbors.broadcast(string.tostring(id), 1)\n}\n",
+        &[],
+    ),
+    (
+        "function init() {\n  neighbors.listen(\"a\", function(t, v, r) { log(v) })\n}\n\
+         function step() {\n  var send = neighbors.broadcast\n  send(\"a\", 1)\n}\n",
+        &[],
+    ),
+    (
+        "function listen() {\n  neighbors.listen(\"a\", function(t, v, r) { log(v) })\n}\nlisten()\n",
+        &[],
+    ),
+    ("log(neighbors[0].distance)\n", &[("W0208", "neighbors[0]", "`neighbors.get(id)`")]),
+    ("log(neighbors)\nneighbors.cuont()\n", &[("E0410", "cuont", "did you mean")]),
+    (
+        "neighbors.foreach(function(rid, data) { log(data.angle, data.range) })\n",
+        &[("W0222", "angle", "`azimuth`"), ("W0222", "range", "`distance`")],
+    ),
+    // The range of a Zooid's wheels is in that of no motor, and 300 is in that of no robot.
+    ("set_motor(300, 0)\n", &[("W0315", "300", "duty")]),
+    ("set_motor(0, -101)\n", &[("W0315", "-101", "duty")]),
+    ("set_motor(-100, 100)\nset_motor(255, 0)\n", &[]),
+    ("set_motor(0, 250 + 50)\n", &[("W0315", "250 + 50", "duty")]),
     ("v = stigmergy.create(1)\nv[\"a\"] = 3\n", &[("W0208", "\"a\"", "`put(key, value)`")]),
     ("s = swarm.create(1)\nif(s.in) log(\"in\")\n", &[("W0223", "s.in", "did you mean `in()`?")]),
     (

@@ -51,6 +51,10 @@ pub enum RobotFileCause {
     RepeatedList,
     /// A parameter that is not `name: type`.
     BadParameter { text: String },
+    /// A range of a parameter that is none, or whose parameter is no number.
+    BadRange { text: String },
+    /// A field with a range.
+    RangeOfField { field: String },
     /// Two parameters or fields of one name.
     RepeatedParameter { name: String },
     /// A parameter after a repeated one, which takes all other arguments.
@@ -218,6 +222,10 @@ impl fmt::Display for RobotFileCause {
                 write!(f, "the same types of arguments are listed twice")
             }
             RobotFileCause::BadParameter { text } => write!(f, "`{text}` is not a parameter"),
+            RobotFileCause::BadRange { text } => write!(f, "`{text}` is no range"),
+            RobotFileCause::RangeOfField { field } => {
+                write!(f, "`{field}` is no field: only a parameter of a function has a range")
+            }
             RobotFileCause::RepeatedParameter { name } => {
                 write!(f, "`{name}` stands twice in the list")
             }
@@ -354,6 +362,11 @@ impl toml_reader::Cause for RobotFileCause {
             RobotFileCause::BadParameter { .. } => {
                 Some("write `name: type`, separated by commas, as in \"x: int, y: int\"".to_owned())
             }
+            RobotFileCause::BadRange { .. } => Some(
+                "write the least and the greatest value of an int or a number, as in `duty: int 0..255`"
+                    .to_owned(),
+            ),
+            RobotFileCause::RangeOfField { .. } => Some("remove the range".to_owned()),
             RobotFileCause::AfterRepeated { .. } => Some("write it last".to_owned()),
             RobotFileCause::RepeatedField { .. } => Some("remove the `...`".to_owned()),
             RobotFileCause::UnknownType { name } => {

@@ -1,9 +1,9 @@
-//! The compact notation for parameters and fields: `"x: number, y: number"`, and `"values: any..."`
-//! for a variable number of arguments.
+//! The compact notation for parameters and fields: `"x: number, y: number"`, `"duty: int 0..255"` with
+//! the least and the greatest value, and `"values: any..."` for a variable number of arguments.
 
 use crate::error::RobotFileCause;
 use std::fmt;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// The largest number of parameters of a robot function.
 pub const PARAMETERS_MAX: usize = 7;
@@ -69,6 +69,9 @@ pub struct Parameter {
     pub name: String,
     /// The type that it accepts or holds.
     pub kind: SignatureType,
+    /// The values that have a meaning, of a parameter that is a number: `duty: int 0..255`. The robot
+    /// decides what becomes of others.
+    pub range: Option<RangeInclusive<i32>>,
     /// True for a last parameter that stands for any number of arguments, including none:
     /// `values: any...`.
     pub is_repeated: bool,
@@ -76,13 +79,19 @@ pub struct Parameter {
 
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let dots = if self.is_repeated { REPEATED } else { "" };
-        write!(f, "{}: {}{dots}", self.name, self.kind)
+        write!(f, "{}: {}", self.name, self.kind)?;
+        if let Some(range) = &self.range {
+            write!(f, " {}{TO}{}", range.start(), range.end())?;
+        }
+        if self.is_repeated { f.write_str(REPEATED) } else { Ok(()) }
     }
 }
 
 /// The mark after the type of a repeated parameter.
 const REPEATED: &str = "...";
+
+/// The mark between the least and the greatest value of a parameter.
+const TO: &str = "..";
 
 /// Returns true if a call with that many arguments passes all parameters of the list and no other
 /// arguments.
@@ -134,10 +143,27 @@ pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
             Some(kind) => (kind.trim_end(), true),
             None => (kind, false),
         };
+        let (kind, range) = match kind.split_once(' ') {
+            Some((kind, range)) => (kind, Some(range.trim_start())),
+            None => (kind, None),
+        };
         let kind = SignatureType::from_name(kind).map_err(|cause| (span_of(kind), cause))?;
-        list.push(Parameter { name: name.to_owned(), kind, is_repeated });
+        let range = match range {
+            Some(text) => Some(range_of(kind, text).map_err(|cause| (span_of(text), cause))?),
+            None => None,
+        };
+        list.push(Parameter { name: name.to_owned(), kind, range, is_repeated });
     }
     Ok(list)
+}
+
+/// Reads the least and the greatest value of a parameter.
+fn range_of(kind: SignatureType, text: &str) -> Result<RangeInclusive<i32>, RobotFileCause> {
+    let is_number = matches!(kind, SignatureType::Int | SignatureType::Number);
+    text.split_once(TO)
+        .and_then(|(least, greatest)| Some(least.parse().ok()?..=greatest.parse().ok()?))
+        .filter(|range| is_number && range.start() < range.end())
+        .ok_or_else(|| RobotFileCause::BadRange { text: text.to_owned() })
 }
 
 /// Returns true if a script could use the text as a name; keywords are not checked.
@@ -168,6 +194,18 @@ mod tests {
     }
 
     #[test]
+    fn numbers_may_have_a_range() {
+        let text = "a: int -100..100, b: number 0..7, c: int 1..2...";
+        let list = parse_list(text).unwrap();
+        let ranges: Vec<_> =
+            list.iter().map(|parameter| parameter.range.clone().unwrap()).collect();
+        assert_eq!(ranges, [-100..=100, 0..=7, 1..=2]);
+        assert!(list[2].is_repeated);
+        let shown: Vec<String> = list.iter().map(Parameter::to_string).collect();
+        assert_eq!(shown.join(", "), text);
+    }
+
+    #[test]
     fn a_repeated_parameter_stands_for_any_number_of_arguments() {
         let list = parse_list("name: string, values: int ...").unwrap();
         let shown: Vec<String> = list.iter().map(Parameter::to_string).collect();
@@ -195,7 +233,14 @@ mod tests {
             ("a: int, : int", 8..13, "BadParameter"),
             ("x:", 2..2, "UnknownType"),
             ("x: float32", 3..10, "UnknownType"),
-            ("x: int: int", 3..11, "UnknownType"),
+            ("x: int: int", 3..7, "UnknownType"),
+            ("x: int 5", 7..8, "BadRange"),
+            ("x: int 0..", 7..10, "BadRange"),
+            ("x: int 0..1.5", 7..13, "BadRange"),
+            ("x: int 7..0", 7..11, "BadRange"),
+            ("x: int 0..99999999999", 7..21, "BadRange"),
+            ("x: any 0..7", 7..11, "BadRange"),
+            ("x: string 0..7...", 10..14, "BadRange"),
             ("x: int, x: int", 8..14, "RepeatedParameter"),
             ("a:int,b:int,c:int,d:int,e:int,f:int,g:int, h:int", 43..48, "TooManyParameters"),
             ("\u{e9}: int", 0..7, "BadParameter"),

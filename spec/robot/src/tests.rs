@@ -137,7 +137,12 @@ fn a_correct_file_is_read_completely() {
     assert_eq!(counts, [false, true, true]);
     assert_eq!(
         led.accepts[1][1],
-        Parameter { name: "on".to_owned(), kind: SignatureType::Int, is_repeated: false }
+        Parameter {
+            name: "on".to_owned(),
+            kind: SignatureType::Int,
+            range: None,
+            is_repeated: false
+        }
     );
     let goto = toy.function("goto").unwrap();
     assert_eq!((goto.returns, goto.waits), (Some(SignatureType::Int), true));
@@ -343,6 +348,12 @@ fn every_error_has_its_place() {
             "y: number...\"\n",
             Expected("RepeatedField", 29, 10, "`y: number...` is no field"),
         ),
+        (
+            "y: number\"\n",
+            "y: number 0..9\"\n",
+            Expected("RangeOfField", 29, 10, "`y: number 0..9` is no field"),
+        ),
+        ("y: number\"]", "y: number 9\"]", Expected("BadRange", 39, 34, "`duty: int 0..255`")),
         (
             "x: number, y: number\"]",
             "a: int, b: int, c: int, d: int, e: int, f: int, g: int, h: int\"]",

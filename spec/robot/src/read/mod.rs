@@ -479,6 +479,10 @@ fn sensor_table(section: &Section<'_>, names: &mut Names) -> Option<SensorTable>
             entry.fail(RobotFileCause::RepeatedField { field: field.to_string() });
             return None;
         }
+        if let Some(field) = fields.iter().find(|field| field.range.is_some()) {
+            entry.fail(RobotFileCause::RangeOfField { field: field.to_string() });
+            return None;
+        }
         Some(fields)
     });
     let help = line(section, "help");

@@ -109,8 +109,12 @@ fn function(
     is_integer: bool,
     reading: ValueReading,
 ) -> RobotFunction {
-    let element =
-        Parameter { name: "element".to_owned(), kind: SignatureType::Int, is_repeated: false };
+    let element = Parameter {
+        name: "element".to_owned(),
+        kind: SignatureType::Int,
+        range: None,
+        is_repeated: false,
+    };
     RobotFunction {
         name: path.text().to_owned(),
         accepts: vec![path.has_elements().then_some(element).into_iter().collect()],
