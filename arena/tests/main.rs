@@ -36,6 +36,7 @@ mod listeners;
 mod loads;
 mod long_messages;
 mod memory_files;
+mod movables;
 mod numbers;
 mod observer;
 mod pictures;

@@ -4,7 +4,8 @@
 //! A round reads all positions from the round before. Every disc moves by half of each overlap, so
 //! the result does not depend on the order of the discs, and two discs move by the same amount in
 //! opposite directions. A few more rounds follow near discs that moved. Overlaps that remain in
-//! dense crowds are resolved in the next tick.
+//! dense crowds are resolved in the next tick. Discs that robots push ([`movable`](super::movable))
+//! take part in the rounds, but count as obstacles.
 //!
 //! A flying body crashes when it touches something in the air. Its velocity is computed from its
 //! movement in the last substep.
@@ -16,10 +17,15 @@ use super::digest::Digest;
 use super::geometry::{Area, Pose};
 use super::grid::Cells;
 use super::id::RobotId;
-use super::obstacle::{OVERLAP_TOLERANCE_MM, Obstacles};
+use super::movable::{Movable, MovableDisc, Movables};
+use super::obstacle::Obstacles;
 use super::pool::Pool;
 use super::ray::Ray;
 use super::statistics::WorldStatistics;
+
+mod round;
+
+use round::RoundInput;
 
 /// The largest number of rounds in one substep.
 const ROUNDS_MAX: usize = 4;
@@ -61,7 +67,7 @@ struct Disc {
     moved: bool,
 }
 
-/// All discs, sorted by cells.
+/// All robots, sorted by cells, and the discs that they push.
 #[derive(Clone, Debug)]
 pub(crate) struct Crowd {
     cells: Cells,
@@ -92,6 +98,7 @@ pub(crate) struct Crowd {
     /// The contacts of each robot in this tick; `touched` has those of the last tick.
     touches: Vec<u8>,
     touched: Vec<u8>,
+    pub(crate) movables: Movables,
 }
 
 impl Crowd {
@@ -113,6 +120,7 @@ impl Crowd {
             woken: Vec::new(),
             touches: Vec::new(),
             touched: Vec::new(),
+            movables: Movables::new(area),
         };
         crowd.resize(area);
         crowd
@@ -163,6 +171,7 @@ impl Crowd {
         }
         self.places.iter().flatten().for_each(|part| digest.float(*part));
         self.touched.hash(digest);
+        self.movables.add_to(digest);
     }
 
     /// Stores the new place of a robot that was moved by a command, so that the jump does not count
@@ -192,6 +201,7 @@ impl Crowd {
         seconds: f32,
     ) {
         self.place(poses);
+        self.movables.sort();
         if self.has_fliers {
             // Robots without an entry in `places` are new.
             self.places
@@ -221,10 +231,10 @@ impl Crowd {
         }
     }
 
-    /// Returns the distance along a ray to the first robot at the height of the ray, at most
-    /// `reach_mm`. Robots are where they were after the last tick.
+    /// Returns the distance along a ray to the first robot or movable disc at the height of the ray,
+    /// at most `reach_mm`. They are where they were after the last tick.
     pub(crate) fn nearest(&self, robot: RobotId, ray: &Ray, height_mm: f32, reach_mm: f32) -> f32 {
-        let mut nearest = reach_mm;
+        let mut nearest = self.movables.nearest(ray, height_mm, reach_mm);
         let mut walked = 0.0;
         // A robot that the ray meets is in the cell of one of these points or next to it.
         while walked < nearest + self.cells.side() {
@@ -345,7 +355,8 @@ impl Crowd {
 
     fn round(&mut self, round: usize, obstacles: &Obstacles, pool: &Pool) {
         let Crowd { cells, shapes, crash_speeds_mm_s, velocities, starts, .. } = self;
-        let Crowd { widest_mm, discs, next, awake, .. } = self;
+        let Crowd { widest_mm, discs, next, awake, movables, .. } = self;
+        let mut movables_next = core::mem::take(&mut movables.next);
         let all = round == 0;
         let mut input = RoundInput {
             cells,
@@ -356,17 +367,27 @@ impl Crowd {
             discs,
             awake,
             obstacles,
+            movables,
+            widest_mm: *widest_mm,
             all,
             are_apart: false,
         };
-        input.are_apart = all && discs.len() <= PAIRWISE_MAX && input.finds_all_apart(*widest_mm);
+        input.are_apart = all && discs.len() <= PAIRWISE_MAX && input.finds_all_apart();
         let work = |(chunk, next): (usize, &mut [Disc])| {
             for (offset, next) in next.iter_mut().enumerate() {
                 *next = input.pushed(chunk * CHUNK_DISCS + offset);
             }
         };
         pool.each(next.chunks_mut(CHUNK_DISCS).enumerate(), work);
+        let work = |(chunk, next): (usize, &mut [Movable])| {
+            for (offset, next) in next.iter_mut().enumerate() {
+                *next = input.pushed_movable(chunk * CHUNK_DISCS + offset);
+            }
+        };
+        pool.each(movables_next.chunks_mut(CHUNK_DISCS).enumerate(), work);
         core::mem::swap(&mut self.discs, &mut self.next);
+        self.movables.next = movables_next;
+        self.movables.turn();
     }
 
     /// Marks the cells near which a disc moved. Returns false if none did.
@@ -386,115 +407,14 @@ impl Crowd {
                 }
             }
         }
-        !self.woken.is_empty()
-    }
-}
-
-/// The data that a disc reads in a round.
-struct RoundInput<'a> {
-    cells: &'a Cells,
-    shapes: &'a [BodySize],
-    crash_speeds_mm_s: &'a [Option<f32>],
-    velocities: &'a [[f32; 3]],
-    starts: &'a [u32],
-    discs: &'a [Disc],
-    awake: &'a [bool],
-    obstacles: &'a Obstacles,
-    /// True if all discs are processed, not only those near one that moved.
-    all: bool,
-    /// True if it is known that no two discs overlap.
-    are_apart: bool,
-}
-
-impl RoundInput<'_> {
-    /// Returns a disc after its neighbors, walls and obstacles pushed it.
-    fn pushed(&self, index: usize) -> Disc {
-        let mut disc = self.discs[index];
-        if !self.all && !self.awake[disc.cell as usize] {
-            disc.moved = false;
-            return disc;
-        }
-        let (mut push_x, mut push_y) = (0.0, 0.0);
-        let around = self.cells.around(disc.cell as usize);
-        for row in if self.are_apart { &[] } else { around.as_slice() } {
-            let range = self.starts[row.start] as usize..self.starts[row.end] as usize;
-            for (other_index, other) in range.clone().zip(&self.discs[range]) {
-                let (dx, dy) = (disc.x - other.x, disc.y - other.y);
-                let squared = dx * dx + dy * dy;
-                let reach_mm = disc.radius_mm + other.radius_mm - OVERLAP_TOLERANCE_MM;
-                if squared >= reach_mm * reach_mm
-                    || other_index == index
-                    || !self.level(&disc, other)
-                {
-                    continue;
-                }
-                disc.touches |= ROBOT | self.crash_with(&disc, other);
-                let distance = squared.sqrt();
-                let (ux, uy) = if distance > 0.0 {
-                    (dx / distance, dy / distance)
-                } else {
-                    apart(disc.id, other.id)
-                };
-                let push = (reach_mm + OVERLAP_TOLERANCE_MM - distance) / 2.0;
-                push_x += ux * push;
-                push_y += uy * push;
+        for Movable { disc: MovableDisc { x, y, radius_mm, .. }, .. } in self.movables.moved() {
+            let reach_mm = radius_mm + self.widest_mm + CELL_MARGIN_MM;
+            let (low, high) = ((x - reach_mm, y - reach_mm), (x + reach_mm, y + reach_mm));
+            for cell in self.cells.covered(low, high) {
+                self.woken.push(cell as u32);
+                self.awake[cell] = true;
             }
         }
-        let (old_x, old_y) = (disc.x, disc.y);
-        disc.x += push_x;
-        disc.y += push_y;
-        if let Some((x, y)) = self.obstacles.push_out(disc.x, disc.y, disc.z, disc.radius_mm) {
-            disc.touches |= WALL | self.crash(&disc, [disc.x - x, disc.y - y, 0.0], [0.0; 3]);
-            (disc.x, disc.y) = (x, y);
-        }
-        disc.moved = disc.x != old_x || disc.y != old_y;
-        disc
+        !self.woken.is_empty()
     }
-
-    /// Returns true if no two discs touch. Their radii are at most `widest_mm`.
-    fn finds_all_apart(&self, widest_mm: f32) -> bool {
-        let reach_mm = widest_mm + widest_mm - OVERLAP_TOLERANCE_MM;
-        self.discs.iter().enumerate().all(|(place, disc)| {
-            self.discs[..place].iter().all(|other| {
-                let (dx, dy) = (disc.x - other.x, disc.y - other.y);
-                dx * dx + dy * dy >= reach_mm * reach_mm || !self.level(disc, other)
-            })
-        })
-    }
-
-    /// Returns [`CRASH`] if a disc crashes into another one.
-    fn crash_with(&self, disc: &Disc, other: &Disc) -> u8 {
-        // There are no velocities while no robot can crash.
-        let Some(velocity) = self.velocities.get(usize::from(other.id)) else { return 0 };
-        self.crash(disc, [other.x - disc.x, other.y - disc.y, other.z - disc.z], *velocity)
-    }
-
-    /// Returns [`CRASH`], or 0 if there is no crash, for a disc that touches something in direction
-    /// `towards` that moves with `velocity`.
-    fn crash(&self, disc: &Disc, towards: [f32; 3], velocity: [f32; 3]) -> u8 {
-        // There are no velocities while no robot can crash, and some bodies never do.
-        let Some(own) = self.velocities.get(usize::from(disc.id)) else { return 0 };
-        let Some(limit_mm_s) = self.crash_speeds_mm_s[usize::from(disc.herd)] else { return 0 };
-        if disc.z <= 0.0 {
-            return 0;
-        }
-        let length = towards.iter().map(|part| part * part).sum::<f32>().sqrt();
-        let way: f32 = (0..3).map(|axis| (own[axis] - velocity[axis]) * towards[axis]).sum();
-        // A division by `length` would fail for two bodies at the same place.
-        if limit_mm_s == 0.0 || way > limit_mm_s * length { CRASH } else { 0 }
-    }
-
-    /// Returns true if two bodies overlap in height.
-    fn level(&self, a: &Disc, b: &Disc) -> bool {
-        let height = |disc: &Disc| self.shapes[usize::from(disc.herd)].height_mm;
-        a.z < b.z + height(b) && b.z < a.z + height(a)
-    }
-}
-
-/// Returns the direction that separates two discs at exactly the same place, another one for each
-/// pair.
-fn apart(a: u16, b: u16) -> (f32, f32) {
-    let pair = u32::from(a.min(b)) * 31 + u32::from(a.max(b));
-    let (sin, cos) = libm::sincosf((pair % 1024) as f32 * 2.399_963);
-    if a < b { (cos, sin) } else { (-cos, -sin) }
 }

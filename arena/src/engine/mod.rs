@@ -21,7 +21,8 @@
 //! * All scripts see the state of the world at the beginning of the tick. Only their frames are
 //!   sent at different times within the tick.
 //! * A contact does not rotate a body, and bodies have no mass: two bodies that overlap both move
-//!   by half of the overlap. The 15 ms of spin-up of a Kilobot are too fast to be modeled here,
+//!   by half of the overlap. A [`MovableDisc`] is such a body without a drive, and has no friction
+//!   either. The 15 ms of spin-up of a Kilobot are too fast to be modeled here,
 //!   temperature is too slow. A model may simulate more, such as the attitude of a drone.
 //! * The rate of a Kilobot's clock has a constant error and does not drift. Two hidden terminals
 //!   with equal rates may therefore collide for a long time.
@@ -66,6 +67,7 @@ mod intruder;
 mod intruders;
 mod light;
 mod link;
+mod movable;
 mod obstacle;
 mod outside;
 mod paint;
@@ -95,6 +97,7 @@ pub use link::{
     Arrival, Fate, FrameLog, FrameSighting, Infrared, LinkSettings, Loss, LossCause, Media, Medium,
     Nrf24Medium, P2p, RangeAndBearing, SendAttempt, SentFrame,
 };
+pub use movable::MovableDisc;
 pub(crate) use obstacle::OVERLAP_TOLERANCE_MM;
 pub use obstacle::Obstacle;
 pub use paint::{PaintedGround, Patch, PatchShape};

@@ -42,7 +42,7 @@ pub enum Obstacle {
 pub(crate) const OVERLAP_TOLERANCE_MM: f32 = 0.05;
 
 /// The limit for the numbers of obstacles in mm, far beyond every world.
-const COORDINATE_MM_MAX: f32 = 1e7;
+pub(crate) const COORDINATE_MM_MAX: f32 = 1e7;
 
 impl Obstacle {
     /// Returns the obstacle without negative sizes, and with a direction of length 1; `None` if a
@@ -131,7 +131,7 @@ impl Obstacle {
 
 /// Moves a point that is less than `distance` from another one to that distance; returns `None` if
 /// it is far enough away. `normal` is the direction if the two points coincide.
-fn away(
+pub(crate) fn away(
     x: f32,
     y: f32,
     from_x: f32,
@@ -243,10 +243,25 @@ impl Obstacles {
                 }
             }
         }
+        let free = self.inside(now_x, now_y, radius_mm);
+        (free != (x, y)).then_some(free)
+    }
+
+    /// Returns the place to which the walls and obstacles push a disc of any size that stands on the
+    /// ground; `None` if it is free. The index is only for the bodies of robots, so this method
+    /// examines all obstacles.
+    pub(crate) fn push_out_wide(&self, x: f32, y: f32, radius_mm: f32) -> Option<(f32, f32)> {
+        let pushed = self.at(0.0).fold((x, y), |(now_x, now_y), obstacle| {
+            obstacle.push_out(now_x, now_y, radius_mm).unwrap_or((now_x, now_y))
+        });
+        let free = self.inside(pushed.0, pushed.1, radius_mm);
+        (free != (x, y)).then_some(free)
+    }
+
+    /// Returns the nearest place of a disc within the walls.
+    fn inside(&self, x: f32, y: f32, radius_mm: f32) -> (f32, f32) {
         let reach_x = (self.area.width / 2.0 - radius_mm).max(0.0);
         let reach_y = (self.area.height / 2.0 - radius_mm).max(0.0);
-        now_x = now_x.clamp(-reach_x, reach_x);
-        now_y = now_y.clamp(-reach_y, reach_y);
-        (now_x != x || now_y != y).then_some((now_x, now_y))
+        (x.clamp(-reach_x, reach_x), y.clamp(-reach_y, reach_y))
     }
 }

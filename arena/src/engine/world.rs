@@ -16,6 +16,7 @@ use super::light::{Lamp, LightId};
 use super::link::{
     Calibration, FrameLog, Loss, Media, Medium, RobotRadio, Schedule, Topology, Transmissions,
 };
+use super::movable::MovableDisc;
 use super::obstacle::{Obstacle, Obstacles};
 use super::pool::Pool;
 use super::robot::{EngineRobot, RobotState, RobotView};
@@ -187,6 +188,17 @@ impl<B: Brain> World<B> {
     #[must_use]
     pub fn obstacles(&self) -> &[Obstacle] {
         self.obstacles.all()
+    }
+
+    /// Adds a disc on the ground that robots push, out of the walls and obstacles that the world has
+    /// already. Numbers count as in [`add_obstacle`](Self::add_obstacle); a radius is at least 1 mm.
+    pub fn add_movable(&mut self, disc: MovableDisc) {
+        self.crowd.movables.add(disc, &self.obstacles);
+    }
+
+    /// Returns all movable discs where they are, in the order in which they were added.
+    pub fn movables(&self) -> impl ExactSizeIterator<Item = MovableDisc> {
+        self.crowd.movables.all().iter().map(|movable| movable.disc)
     }
 
     /// Sets the environment that ground sensors read: the brightness of the ground, 0 (black) to 1
@@ -447,6 +459,9 @@ impl<B: Brain> World<B> {
     fn place(&mut self, index: usize, pose: Pose) {
         let Herd { shape: BodySize { radius_mm, .. }, has_positioning, .. } = *self.herd_of(index);
         let mut pose = Pose { z: pose.z.max(0.0), heading: super::wrap(pose.heading), ..pose };
+        if let Some((x, y)) = self.crowd.movables.push_out(pose.x, pose.y, pose.z, radius_mm) {
+            (pose.x, pose.y) = (x, y);
+        }
         if let Some((x, y)) = self.obstacles.push_out(pose.x, pose.y, pose.z, radius_mm) {
             (pose.x, pose.y) = (x, y);
         }
