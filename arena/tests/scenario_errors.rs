@@ -578,6 +578,80 @@ fn starts_that_have_no_room_are_refused() {
     );
 }
 
+/// The mistakes of a world of 1000 mm by 800 mm with these obstacles, one in each line.
+fn errors_of_obstacles(obstacles: &str) -> Vec<String> {
+    let list = format!("duration = 60\nobstacles = [\n{obstacles}\n]");
+    let text = GROUP.replace("duration = 60", &list) + "positions = [[-400, -300]]\n";
+    errors(&text, &[]).iter().map(printed).collect()
+}
+
+/// The box and the wall of the world end at x = 200 and x = 500.
+#[test]
+fn movable_discs_need_room_of_their_own() {
+    let fixed = "{ at = [100, 0], size = [200, 100] },\n";
+    for (others, disc, expected) in [
+        (
+            fixed,
+            "{ at = [229, 0], radius = 30, movable = true }",
+            "(229, 0) would stand in an obstacle | its radius is 30 mm",
+        ),
+        (
+            "",
+            "{ at = [471, 0], radius = 30, movable = true }",
+            "(471, 0) would stand in the wall of the world",
+        ),
+        (
+            "",
+            "{ at = [0, 0], radius = 450, movable = true }",
+            "(0, 0) would stand in the wall of the world",
+        ),
+        (
+            "{ at = [300, 0], radius = 50, movable = true },\n",
+            "{ at = [379, 0], radius = 30, movable = true }",
+            "(379, 0) would stand in that at (300, 0)",
+        ),
+    ] {
+        let found = errors_of_obstacles(&format!("{others}{disc}"));
+        let [only] = found.as_slice() else { panic!("{found:#?}") };
+        let line = 5 + others.lines().count();
+        assert!(
+            only.starts_with(&format!("s.toml:{line}:1: the movable disc at {expected}")),
+            "{only}"
+        );
+    }
+    let touching = "{ at = [230, 0], radius = 30, movable = true },\n{ at = [470, 0], radius = 30, movable = true },\n\
+         { at = [310, 0], radius = 50, movable = true },\n{ at = [100, 0], size = [200, 100] },\n\
+         { at = [0, 300], radius = 30, movable = false },\n{ at = [0, 300], size = [9, 9], movable = false }";
+    assert_eq!(errors_of_obstacles(touching), [""; 0]);
+}
+
+#[test]
+fn only_discs_are_movable() {
+    for other in ["at = [0, 0], size = [10, 10]", "from = [0, 0], to = [10, 10]"] {
+        let found = errors_of_obstacles(&format!("{{ {other}, movable = true }}"));
+        let column = other.len() + 15;
+        let start =
+            format!("s.toml:5:{column}: only a disc can be movable | replace its size by `at`");
+        let [only] = found.as_slice() else { panic!("{found:#?}") };
+        assert!(only.starts_with(&start), "{only}");
+    }
+    let found = errors_of_obstacles("{ at = [0, 0], radius = 10, movable = 1 }");
+    assert!(found[0].contains("true or false"), "{found:#?}");
+}
+
+/// Robots neither start in a movable disc nor are moved there, nor placed there at random.
+#[test]
+fn movable_discs_bar_robots_like_obstacles() {
+    let disc = "duration = 60\nobstacles = [{ at = [0, 0], radius = 300, movable = true }]";
+    let world = GROUP.replace("duration = 60", disc);
+    let found = errors(&format!("{world}positions = [[0, 316]]\n"), &[]);
+    let expected = "robot 0 at (0, 316) would stand in an obstacle";
+    assert!(printed(&found[0]).contains(expected), "{found:#?}");
+    let moved = "positions = [[0, 316.5]]\n[[event]]\nat = 1\nmove = 0\nto = [0, -316]\n";
+    let found = errors(&format!("{world}{moved}"), &[]);
+    assert!(printed(&found[0]).contains("(0, -316) would stand in an obstacle"), "{found:#?}");
+}
+
 #[test]
 fn one_robot_is_not_moved_into_an_obstacle() {
     let obstacles = "obstacles = [{ at = [0, 80], radius = 20 }]";

@@ -2,7 +2,8 @@
 
 use crate::engine::{self, Medium};
 use crate::scenario::{
-    Group, LampSection, LossSetting, MediumSettings, Outline, PatchSection, Scenario, Shape,
+    Group, LampSection, LossSetting, MediumSettings, MovableSection, Outline, PatchSection,
+    Scenario, Shape,
 };
 
 /// The engine's settings for a run.
@@ -86,6 +87,12 @@ pub fn engine_obstacle(outline: Outline) -> engine::Obstacle {
             engine::Obstacle::Segment { from: point(from).into(), to: point(to).into() }
         }
     }
+}
+
+pub fn engine_movable(disc: &MovableSection) -> engine::MovableDisc {
+    let [x, y] = point(disc.at);
+    let height_mm = disc.height.map_or(f32::INFINITY, |height| height as f32);
+    engine::MovableDisc { x, y, radius_mm: disc.radius as f32, height_mm }
 }
 
 /// Returns the ground of a world.

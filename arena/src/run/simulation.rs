@@ -34,8 +34,8 @@ use bittybuzz_compiler::check::outside::called_flag;
 use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::engine::{
-    AddError, Digest, HerdId, IntruderSettings, Lamp, Pose, RobotId, RobotState, RobotView, Stream,
-    TICK_US, World,
+    AddError, Digest, HerdId, IntruderSettings, Lamp, MovableDisc, Pose, RobotId, RobotState,
+    RobotView, Stream, TICK_US, World,
 };
 use crate::robot::checks::Findings;
 use crate::robot::{FaultCounts, FaultRecord, LogLine, News, ProgramId, ScriptNumber, SimRobot};
@@ -55,7 +55,8 @@ use super::place::poses;
 use super::program::Program;
 use super::quantity::{QuantityProbe, QuantityReading};
 use super::settings::{
-    engine_ground, engine_light, engine_loss, engine_obstacle, media, media_of, settings,
+    engine_ground, engine_light, engine_loss, engine_movable, engine_obstacle, media, media_of,
+    settings,
 };
 use super::setup::Setup;
 use super::summary::{FaultOf, OverrunSummary, Summary, Unusable};
@@ -106,6 +107,7 @@ impl Simulation {
             let height = obstacle.height.map_or(f32::INFINITY, |height| height as f32);
             world.add_obstacle_of_height(engine_obstacle(obstacle.outline), height);
         }
+        scenario.world.movables.iter().for_each(|disc| world.add_movable(engine_movable(disc)));
         // The program of a group from the start has the group's number.
         let groups = scenario.groups.iter().enumerate();
         let programs =
@@ -366,6 +368,11 @@ impl Simulation {
     /// Returns the visible state of a robot; `None` if it has not joined yet.
     pub fn view(&self, number: usize) -> Option<RobotView> {
         self.world.robot(self.event_queue.id(number)?)
+    }
+
+    /// Returns the discs that robots push, where they are, in the order of the scenario.
+    pub fn movables(&self) -> impl ExactSizeIterator<Item = MovableDisc> {
+        self.world.movables()
     }
 
     /// Returns true while a fault keeps the script of a robot from running.

@@ -62,6 +62,10 @@ pub enum ScenarioCause {
     InWall { id: u32, at: String, radius: String, most: [String; 2] },
     /// A body that reaches into an obstacle.
     InObstacle { id: u32, at: String, radius: String },
+    /// A box or a wall that robots would push.
+    MovableNotDisc,
+    /// A movable disc that reaches into something else at the start.
+    MovableBarred { at: String, radius: String, barrier: String },
     /// A time after the end of the run.
     AfterEnd { key: &'static str, duration: String },
     /// A time in seconds between two ticks, and the nearest times at ticks.
@@ -194,6 +198,10 @@ impl fmt::Display for ScenarioCause {
             }
             ScenarioCause::InObstacle { id, at, .. } => {
                 write!(f, "robot {id} at {at} would stand in an obstacle")
+            }
+            ScenarioCause::MovableNotDisc => write!(f, "only a disc can be movable"),
+            ScenarioCause::MovableBarred { at, barrier, .. } => {
+                write!(f, "the movable disc at {at} would stand in {barrier}")
             }
             ScenarioCause::AfterEnd { key, .. } => write!(f, "`{key}` is not within the run"),
             ScenarioCause::BetweenTicks { key, value, .. } => {
@@ -340,6 +348,13 @@ impl toml_reader::Cause for ScenarioCause {
             )),
             ScenarioCause::InObstacle { radius, .. } => Some(format!(
                 "its body has a radius of {radius} mm, which must be between its middle and the obstacle"
+            )),
+            ScenarioCause::MovableNotDisc => Some(
+                "replace its size by `at` and `radius`, or leave out `movable`: then it stands still"
+                    .to_owned(),
+            ),
+            ScenarioCause::MovableBarred { radius, .. } => Some(format!(
+                "its radius is {radius} mm: move it, or make one of both smaller"
             )),
             ScenarioCause::AfterEnd { duration, .. } => {
                 Some(format!("`duration` in [world] is {duration} s"))

@@ -139,6 +139,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "from" "[x, y]" "" "start of a thin wall, in mm",
             "to" "[x, y]" "" "end of the wall, in mm",
             "height" "number" "unlimited" "height in mm; robots at this height or above pass over the obstacle",
+            "movable" "true or false" "false" "true: robots push the obstacle, which must be a disc",
         ],
     },
     SectionKeys {

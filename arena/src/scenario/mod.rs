@@ -56,7 +56,9 @@ pub use read::{Entry, Section};
 pub use select::Selection;
 pub(crate) use space::{Space, length_up};
 pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
-pub use world::{LampSection, ObstacleSection, Outline, PatchSection, Shape, WorldSection};
+pub use world::{
+    LampSection, MovableSection, ObstacleSection, Outline, PatchSection, Shape, WorldSection,
+};
 
 /// A scenario that can be run.
 #[derive(Debug, Clone)]
@@ -204,6 +206,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         size: [f64::MAX; 2],
         ground: Vec::new(),
         obstacles: Vec::new(),
+        movables: Vec::new(),
         lights: Vec::new(),
         ambient: 0.0,
         seed: 0,

@@ -8,8 +8,8 @@ use crate::engine::OVERLAP_TOLERANCE_MM;
 use super::error::ScenarioCause;
 use super::event::{MoveTarget, ScheduledEvent, WorldChange};
 use super::group::{Group, Placement, Standing};
-use super::read::Section;
-use super::world::{ObstacleSection, Outline, Shape, WorldSection};
+use super::read::{Entry, Section};
+use super::world::{MovableSection, ObstacleSection, Outline, Shape, WorldSection};
 
 /// Placed bodies by the square cell of the ground, so that only near ones are compared. Empty cells
 /// take no memory, however large the world is.
@@ -66,6 +66,18 @@ enum Barrier {
 /// Returns the barrier that a body at that place would overlap. For an obstacle, an overlap of up
 /// to `slack_mm` is allowed.
 fn stands_in(world: &WorldSection, at: [f64; 2], radius_mm: f64, slack_mm: f64) -> Option<Barrier> {
+    let is_in = |disc: &MovableSection| gap(disc.outline(), at) < radius_mm - slack_mm;
+    let in_movable = || world.movables.iter().any(is_in).then_some(Barrier::Obstacle);
+    stands_in_fixed(world, at, radius_mm, slack_mm).or_else(in_movable)
+}
+
+/// Returns the barrier that never moves and that a body at that place would overlap.
+fn stands_in_fixed(
+    world: &WorldSection,
+    at: [f64; 2],
+    radius_mm: f64,
+    slack_mm: f64,
+) -> Option<Barrier> {
     let is_beyond = |axis: usize| at[axis].abs() + radius_mm - SLACK_MM > world.size[axis] / 2.0;
     if is_beyond(0) || is_beyond(1) {
         return Some(Barrier::Wall);
@@ -121,6 +133,29 @@ pub fn check_starts(
         if let WorldChange::Join(robots) = &event.action {
             check(&|group, number| !group.present && robots.contains(number));
         }
+    }
+}
+
+/// Reports movable discs that would start in a wall, in an obstacle or in another movable disc.
+/// `entries` are their places in the file.
+pub fn check_movables(world: &WorldSection, entries: &[Entry<'_>]) {
+    let widest_mm = world.movables.iter().map(|disc| disc.radius).fold(0.0, f64::max);
+    let mut space = Space::new(world, widest_mm);
+    let discs = world.movables.iter().zip(entries);
+    for (id, (&MovableSection { at, radius, .. }, entry)) in (0..).zip(discs) {
+        let barrier = match stands_in_fixed(world, at, radius, SLACK_MM) {
+            Some(Barrier::Wall) => Some("the wall of the world".to_owned()),
+            Some(Barrier::Obstacle) => Some("an obstacle".to_owned()),
+            None => {
+                let other = space.robot_at(at, radius, SLACK_MM);
+                other.map(|other| format!("that at {}", place_text(other.at)))
+            }
+        };
+        if let Some(barrier) = barrier {
+            let (at, radius) = (place_text(at), short(radius));
+            entry.fail(ScenarioCause::MovableBarred { at, radius, barrier });
+        }
+        space.add(Standing { at, radius_mm: radius, id });
     }
 }
 

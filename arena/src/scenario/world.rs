@@ -6,6 +6,7 @@ use toml::de::DeValue;
 use super::error::ScenarioCause;
 use super::keys::{LIGHT, OBSTACLE, PATCH, WORLD};
 use super::read::{Entry, Section};
+use super::space::check_movables;
 use super::time::seconds;
 
 /// The ground under the robots: a rectangle with walls around it and (0, 0) in its middle.
@@ -15,8 +16,10 @@ pub struct WorldSection {
     pub size: [f64; 2],
     /// The painted parts of the ground, later ones over earlier ones. The rest is white.
     pub ground: Vec<PatchSection>,
-    /// The obstacles on the ground.
+    /// The obstacles that never move.
     pub obstacles: Vec<ObstacleSection>,
+    /// The obstacles that robots push, where they are at the start.
+    pub movables: Vec<MovableSection>,
     /// The lights at the start.
     pub lights: Vec<LampSection>,
     /// Ambient light, 0 to 1023 in the units of a robot's sensor.
@@ -42,6 +45,17 @@ pub enum Outline {
     Shape(Shape),
     /// A thin wall between two points.
     Wall([f64; 2], [f64; 2]),
+}
+
+/// A disc that robots push.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovableSection {
+    /// The center in mm.
+    pub at: [f64; 2],
+    /// The radius in mm.
+    pub radius: f64,
+    /// The height in mm at and above which robots pass over it; `None` if they cannot.
+    pub height: Option<f64>,
 }
 
 /// A shape on the ground.
@@ -104,6 +118,7 @@ pub fn read(root: &Section<'_>) -> Option<WorldSection> {
         size: size.unwrap_or([1e6; 2]),
         ground: Vec::new(),
         obstacles: Vec::new(),
+        movables: Vec::new(),
         lights: Vec::new(),
         ambient: section.number("ambient", BRIGHTNESS).unwrap_or(0.0),
         seed: section.integer("seed", 0..=u32::MAX).unwrap_or(1),
@@ -113,9 +128,19 @@ pub fn read(root: &Section<'_>) -> Option<WorldSection> {
     for item in section.get("ground").and_then(|entry| entry.list()).unwrap_or_default() {
         world.ground.extend(patch(&item, &world));
     }
+    let mut movables = Vec::new();
     for item in section.get("obstacles").and_then(|entry| entry.list()).unwrap_or_default() {
-        world.obstacles.extend(obstacle(&item, &world));
+        match obstacle(&item, &world) {
+            Some(Obstacle::Fixed(obstacle)) => world.obstacles.push(obstacle),
+            Some(Obstacle::Movable(movable)) => {
+                world.movables.push(movable);
+                movables.push(item);
+            }
+            // The reader has reported the mistake.
+            None => {}
+        }
     }
+    check_movables(&world, &movables);
     for item in section.get("lights").and_then(|entry| entry.list()).unwrap_or_default() {
         world.lights.extend(light(&item, &world));
     }
@@ -131,10 +156,24 @@ fn patch(entry: &Entry<'_>, world: &WorldSection) -> Option<PatchSection> {
     Some(PatchSection { shape: shape(&section, key, &size, world)?, brightness })
 }
 
-fn obstacle(entry: &Entry<'_>, world: &WorldSection) -> Option<ObstacleSection> {
+enum Obstacle {
+    Fixed(ObstacleSection),
+    Movable(MovableSection),
+}
+
+fn obstacle(entry: &Entry<'_>, world: &WorldSection) -> Option<Obstacle> {
     let section = entry.section(OBSTACLE)?;
     let height = section.number("height", 1.0..=1e6);
-    Some(ObstacleSection { outline: outline(&section, world)?, height })
+    let movable = section.get("movable").filter(|entry| entry.boolean() == Some(true));
+    let outline = outline(&section, world);
+    let Some(movable) = movable else {
+        return Some(Obstacle::Fixed(ObstacleSection { outline: outline?, height }));
+    };
+    let Outline::Shape(Shape::Disc { at, radius }) = outline? else {
+        movable.fail(ScenarioCause::MovableNotDisc);
+        return None;
+    };
+    Some(Obstacle::Movable(MovableSection { at, radius, height }))
 }
 
 fn outline(section: &Section<'_>, world: &WorldSection) -> Option<Outline> {
@@ -184,6 +223,13 @@ pub fn light(entry: &Entry<'_>, world: &WorldSection) -> Option<LampSection> {
     let at = section.required("at").and_then(|entry| point_inside(&entry, world));
     let brightness = section.number("brightness", BRIGHTNESS).unwrap_or(*BRIGHTNESS.end());
     Some(LampSection { at: at?, brightness })
+}
+
+impl MovableSection {
+    /// Returns the outline at the start.
+    pub fn outline(&self) -> Outline {
+        Outline::Shape(Shape::Disc { at: self.at, radius: self.radius })
+    }
 }
 
 /// Reads a point, which must be within the world.
