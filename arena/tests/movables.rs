@@ -2,7 +2,10 @@
 
 use crate::common::robots::{RobotKind, Settings, World};
 use crate::common::*;
+use crate::script::{folder, read, run_with};
 use bittybuzz_arena::engine::{Area, MovableDisc, Obstacle, Pose, RobotState, Stream};
+use bittybuzz_arena::output::recording::{RecordingReader, RecordingWriter};
+use bittybuzz_arena::output::{History, recorder, trajectories};
 use core::f32::consts::{FRAC_PI_4, PI, TAU};
 
 /// The radius of a Kilobot in mm.
@@ -343,4 +346,60 @@ fn unusual_discs_do_no_harm() {
     let Pose { x, y, .. } = pose(&world, id);
     assert!(x.is_finite() && y.is_finite());
     assert_eq!(place(&world, 22), (0.0, 0.0));
+}
+
+/// A world of a study: a dark nest on the floor, a box that stands askew, a crate that robots can push.
+const STUDY: &str = "[world]\nsize = [4000, 3000]\nduration = 10\n\
+    ground = [{ at = [-1500, 0], size = [800, 3000], brightness = 0 }]\n\
+    obstacles = [\n  { at = [0, 0], size = [600, 200], heading = 35 },\n  { at = [800, 400], radius = 150, movable = true },\n]\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"push.bzz\"\npositions = [[633.5, 400]]\nheading = 0\n\
+    [[robots]]\nrobot = \"zooids\"\nscript = \"rest.bzz\"\ncount = 3\n";
+
+const STUDY_SCRIPTS: [(&str, &str); 2] =
+    [("push.bzz", "function step() { forward() }\n"), ("rest.bzz", "x = 0\n")];
+
+/// The Kilobot touches the crate from the start and pushes it to the right. Scenario, recording and picture have its places.
+#[test]
+fn a_scenario_shows_and_records_a_pushed_crate() {
+    let folder = folder("crate", &STUDY_SCRIPTS);
+    let (scenario, _) = read(&folder, STUDY);
+    let (mut history, mut places, mut header) = (History::default(), Vec::new(), None);
+    let mut samples = Vec::new();
+    run_with(&folder, STUDY, 1, |simulation| {
+        header.get_or_insert_with(|| recorder::header(simulation));
+        history.sample(simulation);
+        places.push(simulation.movables().next().unwrap());
+        let (robots, movables) = (recorder::robots(simulation), recorder::movables(simulation));
+        samples.push((simulation.now(), robots, movables));
+    });
+    let end = *places.last().unwrap();
+    // Half of the way of a Kilobot, which has about 10 mm/s.
+    assert!(end.x > 835.0 && end.x < 865.0, "{end:?}");
+    assert!((end.radius_mm, end.height_mm) == (150.0, f32::INFINITY));
+    let mut writer = RecordingWriter::new(Vec::new(), &header.unwrap()).unwrap();
+    for (tick, robots, movables) in &samples {
+        writer.write(*tick, robots, movables).unwrap();
+    }
+    let file = writer.finish().unwrap();
+    let reader = RecordingReader::new(&file).unwrap();
+    assert_eq!(
+        (reader.header().movables[0].at, reader.header().movables[0].radius),
+        ([8000, 4000], 1500)
+    );
+    for (sample, disc) in reader.zip(&places) {
+        let [x, y] = sample.unwrap().movables[0].map(|tenths| tenths as f32 / 10.0);
+        close(x, disc.x, 0.051);
+        close(y, disc.y, 0.051);
+    }
+    let picture = trajectories(&scenario.world, &history);
+    let document = roxmltree::Document::parse(&picture).unwrap();
+    let sienna: Vec<_> =
+        document.descendants().filter(|node| node.attribute("stroke") == Some("sienna")).collect();
+    let widths: Vec<_> =
+        sienna.iter().map(|node| node.attribute("stroke-width").unwrap()).collect();
+    assert_eq!(widths, ["0.5", "2", "1"]);
+    // 4000 mm are 900 wide, and the rim 10: (800 + 2000) 0.225 + 10 = 640.
+    assert_eq!(sienna[0].attribute("cx"), Some("640.0"));
+    let end_x: f32 = sienna[1].attribute("cx").unwrap().parse().unwrap();
+    close(end_x, (end.x + 2000.0) * 0.225 + 10.0, 0.06);
 }

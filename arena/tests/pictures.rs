@@ -109,12 +109,13 @@ fn trace(threads: usize, seed: u32) -> (Vec<u8>, String) {
     let mut header = None;
     let summary = run_with(&folder, &text, threads, |simulation| {
         header.get_or_insert_with(|| recorder::header(simulation));
-        samples.push((simulation.now(), recorder::robots(simulation)));
+        let (robots, movables) = (recorder::robots(simulation), recorder::movables(simulation));
+        samples.push((simulation.now(), robots, movables));
     });
     let mut file = Vec::new();
     let mut writer = RecordingWriter::new(&mut file, &header.unwrap()).unwrap();
-    for (tick, robots) in samples {
-        writer.write(tick, &robots).unwrap();
+    for (tick, robots, movables) in samples {
+        writer.write(tick, &robots, &movables).unwrap();
     }
     writer.finish().unwrap();
     (file, format!("{summary:?}"))

@@ -1,9 +1,9 @@
 //! Recordings are what docs/recording.md says, come back as they were, and damage is noticed.
 
 use bittybuzz_arena::output::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
-    RecordingError, RecordingHeader, RecordingReader, RecordingSample, RecordingWriter,
-    RobotStatus,
+    RecordedBody, RecordedMovable, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot,
+    RecordedShape, RecordingError, RecordingHeader, RecordingReader, RecordingSample,
+    RecordingWriter, RobotStatus,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ fn write(header: &RecordingHeader, samples: &[RecordingSample]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut writer = RecordingWriter::new(&mut file, header).unwrap();
     for sample in samples {
-        writer.write(sample.tick, &sample.robots).unwrap();
+        writer.write(sample.tick, &sample.robots, &sample.movables).unwrap();
     }
     writer.finish().unwrap();
     file
@@ -36,13 +36,26 @@ fn documented() -> (RecordingHeader, Vec<RecordingSample>) {
         RecordedObstacle { outline: disc, height: None },
         RecordedObstacle { outline: RecordedOutline::Wall([0, -500, 0, 500]), height: Some(1000) },
     ];
-    let header = RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, ground, obstacles };
+    let movables = vec![
+        RecordedMovable { at: [5000, 0], radius: 1500, height: None },
+        RecordedMovable { at: [-5000, 1000], radius: 200, height: Some(500) },
+    ];
+    let header =
+        RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, ground, obstacles, movables };
     let robot =
         RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: RobotStatus::Running };
     let moved = RecordedRobot { x: -110, ..robot };
     let samples = vec![
-        RecordingSample { tick: 0, robots: vec![None, Some(robot)] },
-        RecordingSample { tick: 10, robots: vec![None, Some(moved)] },
+        RecordingSample {
+            tick: 0,
+            robots: vec![None, Some(robot)],
+            movables: vec![[5000, 0], [-5000, 1000]],
+        },
+        RecordingSample {
+            tick: 10,
+            robots: vec![None, Some(moved)],
+            movables: vec![[5000, 0], [-5010, 1000]],
+        },
     ];
     (header, samples)
 }
@@ -78,12 +91,12 @@ fn other_files_and_versions_are_refused() {
     let mut file = write(&header, &samples);
     assert_eq!(read(b"[world]").unwrap_err(), RecordingError::NotARecording);
     assert_eq!(read(b"bbzrec").unwrap_err(), RecordingError::Truncated);
-    for (version, age) in [(2, "older"), (9, "newer")] {
+    for (version, age) in [(3, "older"), (9, "newer")] {
         file[6] = version;
         let error = read(&file).unwrap_err();
         assert_eq!(error, RecordingError::Version(version));
         let text = error.to_string();
-        assert!(text.contains(&format!("version {version}, {age} than version 3")), "{text}");
+        assert!(text.contains(&format!("version {version}, {age} than version 4")), "{text}");
         assert!(text.ends_with("record the run again"), "{text}");
     }
 }
@@ -92,18 +105,19 @@ fn other_files_and_versions_are_refused() {
 #[test]
 fn ids_that_overflow_are_malformed() {
     let rest = [100, 100, 100, 2, 2, 0xfe, 255, 255, 255, 255, 255, 255, 255, 255, 1];
-    let file = [b"bbzrec\x03".as_slice(), &rest].concat();
+    let file = [b"bbzrec\x04".as_slice(), &rest].concat();
     assert_eq!(read(&file).unwrap_err(), RecordingError::Malformed(12));
 }
 
-/// A damaged count of robots, patches or obstacles ends at the end of the file, without memory for all of them.
+/// A damaged count of robots, patches, obstacles or movable discs ends at the end of the file, without memory for all of them.
 #[test]
 fn counts_beyond_the_file_are_cut_off() {
     let most = [0xff, 0xff, 0xff, 0xff, 0x0f];
-    let robots = [b"bbzrec\x03\x01\x01\x64".as_slice(), &most].concat();
-    let ground = [b"bbzrec\x03\x01\x01\x64\x00".as_slice(), &most].concat();
-    let obstacles = [b"bbzrec\x03\x01\x01\x64\x00\x00".as_slice(), &most].concat();
-    for file in [robots, ground, obstacles] {
+    let robots = [b"bbzrec\x04\x01\x01\x64".as_slice(), &most].concat();
+    let ground = [b"bbzrec\x04\x01\x01\x64\x00".as_slice(), &most].concat();
+    let obstacles = [b"bbzrec\x04\x01\x01\x64\x00\x00".as_slice(), &most].concat();
+    let movables = [b"bbzrec\x04\x01\x01\x64\x00\x00\x00".as_slice(), &most].concat();
+    for file in [robots, ground, obstacles, movables] {
         assert_eq!(read(&file).unwrap_err(), RecordingError::Truncated);
     }
 }
@@ -111,17 +125,37 @@ fn counts_beyond_the_file_are_cut_off() {
 /// The fourth form of an obstacle does not exist, and the ground has no walls.
 #[test]
 fn unknown_outlines_are_malformed() {
-    let obstacle = b"bbzrec\x03\x01\x01\x64\x00\x00\x01\x03";
+    let obstacle = b"bbzrec\x04\x01\x01\x64\x00\x00\x01\x03";
     assert_eq!(read(obstacle).unwrap_err(), RecordingError::Malformed(13));
-    let patch = b"bbzrec\x03\x01\x01\x64\x00\x01\x02";
+    let patch = b"bbzrec\x04\x01\x01\x64\x00\x01\x02";
     assert_eq!(read(patch).unwrap_err(), RecordingError::Malformed(12));
 }
 
 /// White is 1000; 1001 is e9 07.
 #[test]
 fn paint_is_not_brighter_than_white() {
-    let patch = b"bbzrec\x03\x01\x01\x64\x00\x01\x00\x00\x00\x00\xe9\x07";
+    let patch = b"bbzrec\x04\x01\x01\x64\x00\x01\x00\x00\x00\x00\xe9\x07";
     assert_eq!(read(patch).unwrap_err(), RecordingError::Malformed(16));
+}
+
+/// A world of 1 mm by 1 mm with one movable disc at (0, 0) and a radius of 1 mm, and one change of it. In byte 21 are its
+/// fields: it has a place only. Neither a second disc exists, nor a place beyond 32 bits.
+#[test]
+fn changes_of_movable_discs_are_checked() {
+    let file = |change: &[u8]| {
+        let start = b"bbzrec\x04\x01\x01\x64\x00\x00\x00\x01\x00\x00\x0a\x00";
+        let length = 1 + change.len() as u8;
+        [start.as_slice(), &[length, 0], change, &[0, 1]].concat()
+    };
+    let (header, samples) = read(&file(&[0, 1, 2, 4])).unwrap();
+    assert_eq!(header.movables, [RecordedMovable { at: [0, 0], radius: 10, height: None }]);
+    assert_eq!(samples[0].movables, [[1, 2]]);
+    for fields in [0, 2, 3, 9] {
+        assert_eq!(read(&file(&[0, fields, 2, 4])).unwrap_err(), RecordingError::Malformed(21));
+    }
+    assert_eq!(read(&file(&[1, 1, 2, 4])).unwrap_err(), RecordingError::Malformed(20));
+    let far = [0, 1, 0, 0x80, 0x80, 0x80, 0x80, 0x10];
+    assert_eq!(read(&file(&far)).unwrap_err(), RecordingError::Malformed(23));
 }
 
 fn robot() -> impl Strategy<Value = RecordedRobot> {
@@ -155,27 +189,39 @@ fn obstacle() -> impl Strategy<Value = RecordedObstacle> {
         .prop_map(|(outline, height)| RecordedObstacle { outline, height })
 }
 
-/// A recording of some robots: who has joined stays, and may move or not.
+fn movable() -> impl Strategy<Value = RecordedMovable> {
+    let numbers = (any::<[i32; 2]>(), any::<u32>(), any::<Option<u32>>());
+    numbers.prop_map(|(at, radius, height)| RecordedMovable { at, radius, height })
+}
+
+/// A recording of some robots and movable discs: who has joined stays, and may move or not.
 fn recording() -> impl Strategy<Value = (RecordingHeader, Vec<RecordingSample>)> {
     let bodies = vec(any::<(u16, u32)>(), 0..6);
-    let outlines = (vec(patch(), 0..4), vec(obstacle(), 0..4));
+    let outlines = (vec(patch(), 0..4), vec(obstacle(), 0..4), vec(movable(), 0..4));
     (bodies, outlines, any::<[u32; 2]>(), any::<u32>()).prop_flat_map(
-        |(bodies, (ground, obstacles), size, tick_ms)| {
-            let count = bodies.len();
+        |(bodies, (ground, obstacles, movables), size, tick_ms)| {
+            let (count, discs) = (bodies.len(), movables.len());
+            let starts: Vec<[i32; 2]> = movables.iter().map(|movable| movable.at).collect();
             let bodies =
                 bodies.into_iter().map(|(id, radius)| RecordedBody { id, radius }).collect();
-            let header = RecordingHeader { size, tick_ms, bodies, ground, obstacles };
-            let step = (1u64..1 << 40, vec(proptest::option::of(robot()), count));
+            let header = RecordingHeader { size, tick_ms, bodies, ground, obstacles, movables };
+            let places = vec(proptest::option::of(any::<[i32; 2]>()), discs);
+            let step = (1u64..1 << 40, vec(proptest::option::of(robot()), count), places);
             vec(step, 0..8).prop_map(move |steps| {
                 let mut robots = vec![None; count];
+                let mut movables = starts.clone();
                 let mut tick = 0;
                 let mut samples = Vec::new();
-                for (later, changes) in steps {
+                for (later, changes, places) in steps {
                     tick += later;
+                    for (movable, place) in movables.iter_mut().zip(places) {
+                        *movable = place.unwrap_or(*movable);
+                    }
                     for (robot, change) in robots.iter_mut().zip(changes) {
                         *robot = change.or(*robot);
                     }
-                    samples.push(RecordingSample { tick, robots: robots.clone() });
+                    let (robots, movables) = (robots.clone(), movables.clone());
+                    samples.push(RecordingSample { tick, robots, movables });
                 }
                 (header.clone(), samples)
             })
@@ -200,7 +246,7 @@ proptest! {
 
     #[test]
     fn arbitrary_bytes_cause_no_panic(rest in vec(any::<u8>(), 0..64)) {
-        let file = [b"bbzrec\x03".as_slice(), &rest].concat();
+        let file = [b"bbzrec\x04".as_slice(), &rest].concat();
         let _ = read(&file);
     }
 }

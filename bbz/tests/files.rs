@@ -142,7 +142,7 @@ fn an_output_that_fails_leaves_the_old_one() {
     assert_eq!(folder.read("run.bbr"), b"old");
     folder.write("s.bzz", SCRIPT);
     folder.bbz(&["sim", "s.toml", "--headless", "--record", "run.bbr"]);
-    assert!(folder.read("run.bbr").starts_with(b"bbzrec\x03"));
+    assert!(folder.read("run.bbr").starts_with(b"bbzrec\x04"));
     folder.bbz(&["sim", "s.toml", "--headless", "--csv", "run.csv"]);
     let names = folder.names();
     assert_eq!(names, ["mine.toml", "more.txt", "run.bbr", "run.csv", "s.bzz", "s.toml"]);

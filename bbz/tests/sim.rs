@@ -286,7 +286,7 @@ fn recordings_and_pictures_are_written() {
     let folder = folder("sim_files");
     let outcome = folder.bbz(&["sim", "s.toml", "--record", "run.bbr", "--svg", "pictures"]);
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
-    assert!(folder.read("run.bbr").starts_with(b"bbzrec\x03"));
+    assert!(folder.read("run.bbr").starts_with(b"bbzrec\x04"));
     for picture in ["pictures/trajectories.svg", "pictures/global-n.svg"] {
         assert!(folder.read(picture).starts_with(b"<svg "), "{picture}");
     }

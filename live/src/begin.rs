@@ -2,12 +2,14 @@
 
 use bittybuzz_arena::engine::Medium;
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
-use bittybuzz_arena::scenario::{Group, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape};
+use bittybuzz_arena::scenario::{
+    Group, MovableSection, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape,
+};
 
 use crate::conditions;
 use crate::page_event::{
     AssignmentDescription, BeginEvent, ExpectationDescription, GroupDescription, MediumDescription,
-    ObstacleDescription, PatchDescription, QuantityNames,
+    MovableDescription, ObstacleDescription, PatchDescription, QuantityNames,
 };
 
 /// Describes the world of a run.
@@ -42,6 +44,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         groups: groups.collect(),
         ground: scenario.world.ground.iter().map(patch).collect(),
         obstacles: scenario.world.obstacles.iter().map(obstacle).collect(),
+        movables: scenario.world.movables.iter().map(movable).collect(),
         lights: conditions::lights(run),
         media: media(run),
         events: scenario.events.iter().map(|event| event.at).collect(),
@@ -97,6 +100,10 @@ fn obstacle(obstacle: &ObstacleSection) -> ObstacleDescription {
         }
         Outline::Wall(from, to) => ObstacleDescription::Wall { from, to, height },
     }
+}
+
+fn movable(&MovableSection { radius, height, .. }: &MovableSection) -> MovableDescription {
+    MovableDescription { radius, height }
 }
 
 /// Describes the media of the groups.

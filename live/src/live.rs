@@ -480,6 +480,7 @@ impl Source for Live {
         self.add_inspection();
         self.events.extend(self.watch.take(self.session.run()));
         let run = self.session.run();
-        self.samples.take(run.now(), &recorder::robots(run), || recorder::header(run))
+        let (robots, movables) = (recorder::robots(run), recorder::movables(run));
+        self.samples.take(run.now(), &robots, &movables, || recorder::header(run))
     }
 }

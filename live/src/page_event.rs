@@ -101,6 +101,8 @@ pub struct BeginEvent {
     /// Later patches lie over earlier ones.
     pub ground: Vec<PatchDescription>,
     pub obstacles: Vec<ObstacleDescription>,
+    /// The discs that robots push. The samples have their places.
+    pub movables: Vec<MovableDescription>,
     pub lights: Vec<LightDescription>,
     pub media: Vec<MediumDescription>,
     /// The times of the scenario's events.
@@ -159,6 +161,14 @@ pub enum ObstacleDescription {
     Disc { at: [f64; 2], radius: f64, height: Option<f64> },
     Block { at: [f64; 2], size: [f64; 2], heading: f64, height: Option<f64> },
     Wall { from: [f64; 2], to: [f64; 2], height: Option<f64> },
+}
+
+/// A disc that robots push. Robots pass over it at its height and above.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MovableDescription {
+    pub radius: f64,
+    pub height: Option<f64>,
 }
 
 /// A lamp that is lit.

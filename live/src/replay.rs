@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
-    RecordingError, RecordingReader, RecordingSample,
+    RecordedBody, RecordedMovable, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot,
+    RecordedShape, RecordingError, RecordingReader, RecordingSample,
 };
 
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    BeginEvent, GroupDescription, ObstacleDescription, PageEvent, PatchDescription,
-    RecordingDescription, StateEvent,
+    BeginEvent, GroupDescription, MovableDescription, ObstacleDescription, PageEvent,
+    PatchDescription, RecordingDescription, StateEvent,
 };
 use crate::request::Request;
 use crate::samples::Samples;
@@ -182,6 +182,13 @@ fn obstacle(obstacle: &RecordedObstacle) -> ObstacleDescription {
     }
 }
 
+fn movable(movable: &RecordedMovable) -> MovableDescription {
+    MovableDescription {
+        radius: mm(movable.radius.into()),
+        height: movable.height.map(|height| mm(height.into())),
+    }
+}
+
 /// Returns the center of a disc and its radius.
 fn disc(numbers: [i32; 3]) -> ([f64; 2], f64) {
     let [x, y, radius] = numbers.map(|tenths| mm(tenths.into()));
@@ -212,6 +219,7 @@ impl Source for Replay<'_> {
             groups: groups.map(group).collect(),
             ground: header.ground.iter().map(patch).collect(),
             obstacles: header.obstacles.iter().map(obstacle).collect(),
+            movables: header.movables.iter().map(movable).collect(),
             ..BeginEvent::default()
         };
         self.samples.restart();
@@ -279,6 +287,7 @@ impl Source for Replay<'_> {
 
     fn take_sample(&mut self) -> Vec<u8> {
         let robots: &[Option<RecordedRobot>] = &self.shown.robots;
-        self.samples.take(self.shown.tick, robots, || self.reader.header().clone())
+        let header = || self.reader.header().clone();
+        self.samples.take(self.shown.tick, robots, &self.shown.movables, header)
     }
 }

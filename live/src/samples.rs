@@ -1,4 +1,5 @@
-//! Poses and LEDs of the robots, in the format of a recording.
+//! Poses and LEDs of the robots and the places of the discs that they push, in the format of a
+//! recording.
 
 use bittybuzz_arena::output::recording::{RecordedRobot, RecordingHeader, RecordingWriter};
 
@@ -14,12 +15,13 @@ impl Samples {
     /// A stream before its first sample.
     pub const NEW: Samples = Samples { writer: None, tick: 0 };
 
-    /// Returns the next piece, with the state of all robots at a tick. `header` is called when the
+    /// Returns the next piece, with the state of all robots and movable discs at a tick. `header` is called when the
     /// piece starts a new recording.
     pub fn take(
         &mut self,
         tick: u64,
         robots: &[Option<RecordedRobot>],
+        movables: &[[i32; 2]],
         header: impl FnOnce() -> RecordingHeader,
     ) -> Vec<u8> {
         // The ticks of a recording must ascend, so an earlier tick starts a new one.
@@ -28,9 +30,9 @@ impl Samples {
         }
         self.tick = tick;
         let bytes = match &mut self.writer {
-            Some(writer) => writer.write(tick, robots).map(|()| writer),
+            Some(writer) => writer.write(tick, robots, movables).map(|()| writer),
             None => RecordingWriter::new(Vec::new(), &header()).and_then(|mut writer| {
-                writer.write(tick, robots)?;
+                writer.write(tick, robots, movables)?;
                 Ok(self.writer.insert(writer))
             }),
         };

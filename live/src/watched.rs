@@ -234,7 +234,8 @@ impl Source for Watched {
             bodies: bodies.collect(),
             ground: Vec::new(),
             obstacles: Vec::new(),
+            movables: Vec::new(),
         };
-        self.samples.take(self.tick, &robots, || header)
+        self.samples.take(self.tick, &robots, &[], || header)
     }
 }

@@ -47,14 +47,18 @@ fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program,
 }
 
 fn live() -> Live {
-    let (files, models) = (files(), bittybuzz_robot_models::all());
+    live_of(SCENARIO)
+}
+
+fn live_of(text: &str) -> Live {
+    let (files, models) = (files().with("s.toml", text), bittybuzz_robot_models::all());
     let scenario = Scenario::open_in(&files, "s.toml".as_ref(), &[], &models).unwrap();
     let own = scenario.programs().map(|(group, script)| program(&files, script, group));
     let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
     let compiler = Arc::new(move |script: &Path, group: &Group| program(&files, script, group));
     let setup = Setup::new(scenario, programs).unwrap().with_compiler(compiler);
     let session = Session::new(Simulation::new(Arc::new(setup), 1, 1).unwrap(), 10);
-    Live::new(session, SCENARIO.to_owned())
+    Live::new(session, text.to_owned())
 }
 
 fn ms(ms: u64) -> Duration {
@@ -98,6 +102,31 @@ fn sample(live: &mut Live, known: &mut Vec<u8>) -> RecordingSample {
         last = Some(sample);
     }
     last.unwrap()
+}
+
+/// The disc is in front of robot 6, which pushes it to the right. Back at the start, the disc is where it was.
+#[test]
+fn samples_have_the_places_of_movable_discs() {
+    let text = SCENARIO
+        .replace(
+            "obstacles = [",
+            "obstacles = [{ at = [50, 0], radius = 30, height = 40, movable = true }, ",
+        )
+        .replace("count = 2", "positions = [[0, 0], [-200, 0]]\nheading = 0");
+    let mut live = live_of(&text);
+    let begin = &taken(&mut live)[0];
+    assert_eq!(begin["movables"], json!([{ "radius": 30.0, "height": 40.0 }]));
+    assert_eq!(begin["obstacles"].as_array().unwrap().len(), 2);
+    let mut known = Vec::new();
+    assert_eq!(sample(&mut live, &mut known).movables, [[500, 0]]);
+    live.request(r#"{"go_to":{"tick":90}}"#, ms(0));
+    advance(&mut live, 200, ms(0));
+    let pushed = sample(&mut live, &mut known).movables[0];
+    // 3.5 mm of room, then half of the way: about 10 mm/s.
+    assert!(pushed[0] > 700 && pushed[0] < 1100, "{pushed:?}");
+    live.request(r#"{"go_to":{"tick":0}}"#, ms(0));
+    advance(&mut live, 200, ms(0));
+    assert_eq!(sample(&mut live, &mut known).movables, [[500, 0]]);
 }
 
 #[test]

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
-    RecordingError, RecordingHeader, RecordingReader, RecordingSample, RecordingWriter,
-    RobotStatus,
+    RecordedBody, RecordedMovable, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot,
+    RecordedShape, RecordingError, RecordingHeader, RecordingReader, RecordingSample,
+    RecordingWriter, RobotStatus,
 };
 use bittybuzz_live::{Replay, Source};
 use proptest::prelude::*;
@@ -34,10 +34,11 @@ fn recording(samples: u64) -> Vec<u8> {
             RecordedObstacle { outline: RecordedOutline::Shape(block), height: Some(750) },
             RecordedObstacle { outline: RecordedOutline::Wall([-1, 0, 1, 0]), height: None },
         ],
+        movables: vec![RecordedMovable { at: [-1000, 0], radius: 1500, height: Some(500) }],
     };
     let mut writer = RecordingWriter::new(Vec::new(), &header).unwrap();
     for number in 0..samples {
-        writer.write(5 * number, &robots(number)).unwrap();
+        writer.write(5 * number, &robots(number), &movables(number)).unwrap();
     }
     writer.finish().unwrap()
 }
@@ -45,6 +46,16 @@ fn recording(samples: u64) -> Vec<u8> {
 fn robots(number: u64) -> [Option<RecordedRobot>; 2] {
     let first = RecordedRobot { x: 10 * number as i32, led: (number % 8) as u8, ..ROBOT };
     [Some(first), (number >= 2).then_some(RecordedRobot { y: -5, ..ROBOT })]
+}
+
+/// The only movable disc goes to the right.
+fn movables(number: u64) -> [[i32; 2]; 1] {
+    [[7 * number as i32 - 1000, 0]]
+}
+
+fn expected_sample(number: u64) -> RecordingSample {
+    let (robots, movables) = (robots(number).to_vec(), movables(number).to_vec());
+    RecordingSample { tick: 5 * number, robots, movables }
 }
 
 /// Takes a sample as a client would that has the bytes `known` already.
@@ -82,6 +93,7 @@ fn the_first_event_is_the_world() {
         { "from": [-0.1, 0.0], "to": [0.1, 0.0], "height": null },
     ]);
     assert_eq!(begin["obstacles"], obstacles);
+    assert_eq!(begin["movables"], json!([{ "radius": 150.0, "height": 50.0 }]));
     let ground = json!([
         { "at": [0.0, 0.5], "size": [10.0, 4.0], "heading": 45.0, "brightness": 0.0 },
         { "at": [300.0, -200.0], "radius": 20.0, "brightness": 0.5 },
@@ -96,18 +108,12 @@ fn a_recording_plays_by_the_clock_and_steps_by_samples() {
     let bytes = recording(100);
     let mut replay = Replay::new(&bytes).unwrap();
     let mut known = Vec::new();
-    assert_eq!(
-        shown_sample(&mut replay, &mut known),
-        RecordingSample { tick: 0, robots: robots(0).to_vec() }
-    );
+    assert_eq!(shown_sample(&mut replay, &mut known), expected_sample(0));
     let at = Duration::from_millis;
     replay.request(r#"{"play":{"rate":2}}"#, at(1000));
     // 1.2 s at twice the real time are 24 ticks. The last sample before that is at tick 20.
     assert!(!replay.advance(at(2200), &mut || true));
-    assert_eq!(
-        shown_sample(&mut replay, &mut known),
-        RecordingSample { tick: 20, robots: robots(4).to_vec() }
-    );
+    assert_eq!(shown_sample(&mut replay, &mut known), expected_sample(4));
     assert!(!replay.advance(at(2250), &mut || true));
     assert_eq!(replay.tick(), 25);
     ask(&mut replay, json!("pause"));
@@ -182,8 +188,7 @@ proptest! {
         for tick in ticks {
             ask(&mut replay, json!({ "go_to": { "tick": tick } }));
             let number = (tick / 5).min(samples - 1);
-            let expected = RecordingSample { tick: 5 * number, robots: robots(number).to_vec() };
-            prop_assert_eq!(shown_sample(&mut replay, &mut known), expected);
+            prop_assert_eq!(shown_sample(&mut replay, &mut known), expected_sample(number));
         }
     }
 

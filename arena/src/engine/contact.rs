@@ -30,9 +30,6 @@ use round::RoundInput;
 /// The largest number of rounds in one substep.
 const ROUNDS_MAX: usize = 4;
 
-/// Discs that one thread takes at a time.
-const CHUNK_DISCS: usize = 512;
-
 /// The number of cells up to which their memory is negligible.
 const CELLS_MAX: usize = 1000;
 
@@ -373,18 +370,8 @@ impl Crowd {
             are_apart: false,
         };
         input.are_apart = all && discs.len() <= PAIRWISE_MAX && input.finds_all_apart();
-        let work = |(chunk, next): (usize, &mut [Disc])| {
-            for (offset, next) in next.iter_mut().enumerate() {
-                *next = input.pushed(chunk * CHUNK_DISCS + offset);
-            }
-        };
-        pool.each(next.chunks_mut(CHUNK_DISCS).enumerate(), work);
-        let work = |(chunk, next): (usize, &mut [Movable])| {
-            for (offset, next) in next.iter_mut().enumerate() {
-                *next = input.pushed_movable(chunk * CHUNK_DISCS + offset);
-            }
-        };
-        pool.each(movables_next.chunks_mut(CHUNK_DISCS).enumerate(), work);
+        input.push_robots(next, pool);
+        input.push_movables(&mut movables_next, pool);
         core::mem::swap(&mut self.discs, &mut self.next);
         self.movables.next = movables_next;
         self.movables.turn();

@@ -5,8 +5,8 @@ use crate::run::Simulation;
 use crate::scenario::{self, Scenario};
 
 use super::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
-    RecordingHeader, RobotStatus,
+    RecordedBody, RecordedMovable, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot,
+    RecordedShape, RecordingHeader, RobotStatus,
 };
 
 /// Returns the header of a recording of this run.
@@ -23,6 +23,15 @@ pub fn header(simulation: &Simulation) -> RecordingHeader {
         bodies: (0..simulation.robot_count()).map(body).collect(),
         ground: world.ground.iter().map(patch).collect(),
         obstacles: world.obstacles.iter().map(obstacle).collect(),
+        movables: world.movables.iter().map(movable).collect(),
+    }
+}
+
+fn movable(movable: &scenario::MovableSection) -> RecordedMovable {
+    RecordedMovable {
+        at: movable.at.map(tenths),
+        radius: tenths(movable.radius).unsigned_abs(),
+        height: movable.height.map(|height| tenths(height).unsigned_abs()),
     }
 }
 
@@ -61,16 +70,25 @@ fn tenths(mm: f64) -> i32 {
     (mm * 10.0).round() as i32
 }
 
+/// Rounds a coordinate in mm to tenths of mm.
+fn place_tenths(mm: f32) -> i32 {
+    (mm * 10.0).round() as i32
+}
+
 /// Converts full turns to 1/65536 of a turn.
 fn turn(turns: f64) -> u16 {
     (turns * 65_536.0).round() as i32 as u16
+}
+
+/// Returns the current center of every movable disc.
+pub fn movables(simulation: &Simulation) -> Vec<[i32; 2]> {
+    simulation.movables().map(|disc| [disc.x, disc.y].map(place_tenths)).collect()
 }
 
 /// Returns the current state of every robot; `None` for a robot that has not joined.
 pub fn robots(simulation: &Simulation) -> Vec<Option<RecordedRobot>> {
     let robot = |number: usize| {
         let view = simulation.view(number)?;
-        let place = |mm: f32| (mm * 10.0).round() as i32;
         let state = match view.state {
             RobotState::Running if simulation.is_faulted(number) => RobotStatus::Faulted,
             RobotState::Running => RobotStatus::Running,
@@ -78,9 +96,9 @@ pub fn robots(simulation: &Simulation) -> Vec<Option<RecordedRobot>> {
             RobotState::Failed => RobotStatus::Failed,
         };
         Some(RecordedRobot {
-            x: place(view.pose.x),
-            y: place(view.pose.y),
-            z: place(view.pose.z),
+            x: place_tenths(view.pose.x),
+            y: place_tenths(view.pose.y),
+            z: place_tenths(view.pose.z),
             heading: turn(f64::from(view.pose.heading) / std::f64::consts::TAU),
             led: view.led,
             state,

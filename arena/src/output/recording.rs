@@ -1,24 +1,29 @@
-//! Recordings: the place and the visible state of every robot, sample by sample.
+//! Recordings: the place and the visible state of every robot, and the places of the discs that
+//! robots push, sample by sample.
 //! `docs/recording.md` describes the format.
 //!
 //! ```
 //! use bittybuzz_arena::output::recording::{
-//!     RecordedBody, RecordedRobot, RecordingHeader, RecordingReader, RecordingWriter, RobotStatus,
+//!     RecordedBody, RecordedMovable, RecordedRobot, RecordingHeader, RecordingReader,
+//!     RecordingWriter, RobotStatus,
 //! };
 //!
 //! let bodies = vec![RecordedBody { id: 0, radius: 165 }, RecordedBody { id: 1, radius: 165 }];
 //! let (ground, obstacles) = (Vec::new(), Vec::new());
-//! let header = RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, ground, obstacles };
+//! let movables = vec![RecordedMovable { at: [500, 0], radius: 1500, height: None }];
+//! let header =
+//!     RecordingHeader { size: [2000, 1000], tick_ms: 100, bodies, ground, obstacles, movables };
 //! let mut file = Vec::new();
 //! let mut writer = RecordingWriter::new(&mut file, &header)?;
 //! let robot = RecordedRobot { x: -120, y: 5, z: 0, heading: 0x4000, led: 4, state: RobotStatus::Running };
-//! writer.write(0, &[Some(robot), None])?;
+//! writer.write(0, &[Some(robot), None], &[[510, 0]])?;
 //! writer.finish()?;
 //!
 //! let mut reader = RecordingReader::new(&file)?;
 //! assert_eq!(reader.header(), &header);
 //! let sample = reader.next().unwrap()?;
 //! assert_eq!((sample.tick, sample.robots[0]), (0, Some(robot)));
+//! assert_eq!(sample.movables, [[510, 0]]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -32,7 +37,7 @@ pub use reader::{RecordingError, RecordingReader};
 const MAGIC: &[u8; 6] = b"bbzrec";
 
 /// Version of the format.
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 
 /// The data that hold for a whole recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -47,6 +52,8 @@ pub struct RecordingHeader {
     pub ground: Vec<RecordedPatch>,
     /// The obstacles, which never move.
     pub obstacles: Vec<RecordedObstacle>,
+    /// The discs that robots push.
+    pub movables: Vec<RecordedMovable>,
 }
 
 /// The properties of a robot that no sample changes.
@@ -65,6 +72,17 @@ pub struct RecordedObstacle {
     pub outline: RecordedOutline,
     /// Height in tenths of mm; robots at this height and above pass over the obstacle. `None` if
     /// the height is unlimited.
+    pub height: Option<u32>,
+}
+
+/// A disc that robots push.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordedMovable {
+    /// Its center at the start, in tenths of mm from the middle of the world.
+    pub at: [i32; 2],
+    /// Radius in tenths of mm.
+    pub radius: u32,
+    /// Height in tenths of mm, as that of an obstacle.
     pub height: Option<u32>,
 }
 
@@ -158,6 +176,8 @@ pub struct RecordingSample {
     pub tick: u64,
     /// Each robot, in the order of the header; `None` before it joins.
     pub robots: Vec<Option<RecordedRobot>>,
+    /// The center of each movable disc, in the order of the header, in tenths of mm.
+    pub movables: Vec<[i32; 2]>,
 }
 
 /// The state from which the first change of a robot is the difference.
@@ -174,6 +194,7 @@ const SHOWN: u8 = 8;
 pub struct RecordingWriter<W: Write> {
     output: W,
     last: Vec<Option<RecordedRobot>>,
+    movables: Vec<[i32; 2]>,
     tick: u64,
     samples: u64,
 }
@@ -197,14 +218,28 @@ impl<W: Write> RecordingWriter<W> {
         put(&mut bytes, header.obstacles.len() as u64);
         for RecordedObstacle { outline, height } in &header.obstacles {
             outline.put(&mut bytes);
-            put(&mut bytes, height.map_or(0, |height| 1 + u64::from(height)));
+            put_height(&mut bytes, *height);
+        }
+        put(&mut bytes, header.movables.len() as u64);
+        for RecordedMovable { at: [x, y], radius, height } in &header.movables {
+            [*x, *y].iter().for_each(|axis| put_signed(&mut bytes, i64::from(*axis)));
+            put(&mut bytes, u64::from(*radius));
+            put_height(&mut bytes, *height);
         }
         output.write_all(&bytes)?;
-        Ok(RecordingWriter { output, last: vec![None; header.bodies.len()], tick: 0, samples: 0 })
+        let last = vec![None; header.bodies.len()];
+        let movables = header.movables.iter().map(|movable| movable.at).collect();
+        Ok(RecordingWriter { output, last, movables, tick: 0, samples: 0 })
     }
 
-    /// Writes a sample. Ticks must ascend, and robots that are not in the header are left out.
-    pub fn write(&mut self, tick: u64, robots: &[Option<RecordedRobot>]) -> io::Result<()> {
+    /// Writes a sample: the state of each robot, and the center of each movable disc. Ticks must
+    /// ascend. Robots and discs that are not in the header are left out.
+    pub fn write(
+        &mut self,
+        tick: u64,
+        robots: &[Option<RecordedRobot>],
+        movables: &[[i32; 2]],
+    ) -> io::Result<()> {
         let mut changes = Vec::new();
         let mut unchanged = 0;
         for (last, robot) in self.last.iter_mut().zip(robots) {
@@ -217,6 +252,19 @@ impl<W: Write> RecordingWriter<W> {
             unchanged = 0;
             change(&mut changes, last.unwrap_or(ORIGIN), robot);
             *last = Some(robot);
+        }
+        // The discs are numbered after the robots.
+        unchanged += self.last.len().saturating_sub(robots.len()) as u64;
+        for (last, at) in self.movables.iter_mut().zip(movables) {
+            if last == at {
+                unchanged += 1;
+                continue;
+            }
+            put(&mut changes, unchanged);
+            unchanged = 0;
+            changes.push(PLACE);
+            put_way(&mut changes, *last, *at);
+            *last = *at;
         }
         let mut head = Vec::new();
         // The length is stored plus 1, because 0 is the end of the recording.
@@ -257,13 +305,11 @@ fn change(bytes: &mut Vec<u8>, from: RecordedRobot, to: RecordedRobot) {
         }
     }
     bytes.push(fields);
-    let difference = |to: i32, from: i32| i64::from(to) - i64::from(from);
     if fields & PLACE != 0 {
-        put_signed(bytes, difference(to.x, from.x));
-        put_signed(bytes, difference(to.y, from.y));
+        put_way(bytes, [from.x, from.y], [to.x, to.y]);
     }
     if fields & HEIGHT != 0 {
-        put_signed(bytes, difference(to.z, from.z));
+        put_signed(bytes, i64::from(to.z) - i64::from(from.z));
     }
     if fields & HEADING != 0 {
         // The difference goes the shorter way round.
@@ -272,6 +318,18 @@ fn change(bytes: &mut Vec<u8>, from: RecordedRobot, to: RecordedRobot) {
     if fields & SHOWN != 0 {
         bytes.push(to.led & 7 | (to.state as u8) << 3);
     }
+}
+
+/// Writes the differences of two places.
+fn put_way(bytes: &mut Vec<u8>, from: [i32; 2], to: [i32; 2]) {
+    for (from, to) in from.into_iter().zip(to) {
+        put_signed(bytes, i64::from(to) - i64::from(from));
+    }
+}
+
+/// Writes the height of an obstacle.
+fn put_height(bytes: &mut Vec<u8>, height: Option<u32>) {
+    put(bytes, height.map_or(0, |height| 1 + u64::from(height)));
 }
 
 /// Writes a number with seven bits per byte, the lowest first; the top bit marks that more bytes

@@ -16,8 +16,12 @@ const WAYS_MAX: usize = 500;
 /// The gray of black paint, light enough that trajectories are visible on it.
 const BLACK: f64 = 80.0;
 
+/// The color of movable discs, other than that of obstacles.
+const MOVABLE: &str = "sienna";
+
 /// Draws the world with its paint, obstacles and lights, and the trajectory of each robot, with a ring at its
-/// start and a dot at its end.
+/// start and a dot at its end. A movable disc has a thin outline at its start, its path, and a thick
+/// outline at its end.
 pub fn trajectories(world: &WorldSection, history: &History) -> String {
     let [width, height] = world.size;
     let scale = SIDE / width.max(height);
@@ -55,6 +59,19 @@ pub fn trajectories(world: &WorldSection, history: &History) -> String {
             Outline::Shape(shape) => fill(&mut svg, shape, place, scale, "silver"),
             Outline::Wall(from, to) => svg.line([place(from), place(to)].into_iter(), "black", 2.0),
         }
+    }
+    for (number, movable) in world.movables.iter().enumerate() {
+        let centers = history.movables.iter().filter_map(|sample| sample.get(number));
+        let points: Vec<[f64; 2]> = centers.map(|at| place(at.map(f64::from))).collect();
+        let radius = movable.radius * scale;
+        let start = place(movable.at);
+        for ([x, y], width) in [(start, 0.5), (points.last().copied().unwrap_or(start), 2.0)] {
+            svg.put(format_args!(
+                "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"none\" stroke=\"{MOVABLE}\" \
+                 stroke-width=\"{width}\"/>\n"
+            ));
+        }
+        svg.line(thinned(&points), MOVABLE, 1.0);
     }
     let robots = history.places.first().map_or(0, Vec::len);
     let step = robots.div_ceil(WAYS_MAX).max(1);

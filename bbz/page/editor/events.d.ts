@@ -38,7 +38,11 @@ seed: number | null, groups: Array<GroupDescription>,
 /**
  * Later patches lie over earlier ones.
  */
-ground: Array<PatchDescription>, obstacles: Array<ObstacleDescription>, lights: Array<LightDescription>, media: Array<MediumDescription>, 
+ground: Array<PatchDescription>, obstacles: Array<ObstacleDescription>, 
+/**
+ * The discs that robots push. The samples have their places.
+ */
+movables: Array<MovableDescription>, lights: Array<LightDescription>, media: Array<MediumDescription>, 
 /**
  * The times of the scenario's events.
  */
@@ -329,6 +333,8 @@ is_last: boolean, } | { "kind": "foreign" } | { "kind": "malformed" };
 export type MessageSeverity = "error" | "warning";
 
 export type MessagesEvent = { tick: number, heard: Array<[number, number]>, collided: Array<[number, number]>, lost: Array<[number, number]>, };
+
+export type MovableDescription = { radius: number, height: number | null, };
 
 export type NamedValue = [string, ValueDescription];
 

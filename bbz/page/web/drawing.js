@@ -1,5 +1,6 @@
 // The world as a drawing: SVG text, for papers.
 
+import { placedMovables, RING } from "./obstacles.js";
 import { groundColor, paintColor } from "./paint.js";
 
 // mm around the world.
@@ -29,6 +30,10 @@ export function drawing(view) {
         parts.push(`<circle cx="${x}" cy="${y}" r="14" ${paint(colors.light)} opacity="${Math.max(0.3, Math.min(1, brightness / 1023))}"/>`);
     }
     parts.push(...world.obstacles.map((obstacle) => outline(obstacle, colors.obstacle)));
+    for (const disc of placedMovables(world.movables, robots)) {
+        const [x, y] = disc.at;
+        parts.push(shape(disc, colors.movable), `<circle cx="${x}" cy="${y}" r="${RING * disc.radius}" fill="none" stroke="${rgb(groundColor(world, colors))}" stroke-width="${disc.radius / 10}"/>`);
+    }
     for (const { ends } of view.trails.ways) {
         for (let at = 0; at < ends.length; at += 6) {
             const [x, y, , toX, toY] = ends.subarray(at, at + 6).map((tenths) => tenths / 10);
@@ -60,7 +65,7 @@ function outline(obstacle, color) {
 }
 
 /**
- * @param {Exclude<ObstacleDescription, { from: Place }> | PatchDescription} outline
+ * @param {Exclude<ObstacleDescription, { from: Place }> | PatchDescription | { at: Place, radius: number }} outline
  * @param {Color} color
  */
 function shape(outline, color) {

@@ -8,42 +8,67 @@ const EDGE_EVERY = 8;
 // The height to which obstacles are drawn that no robot gets over, as a share of the shorter side of the world.
 const TALL = 0.15;
 
+// The ring on a disc that robots push, as a share of its radius. It tells such a disc from an obstacle without its color.
+export const RING = 0.6;
+
 /**
- * @import { ObstacleDescription } from "./events"
- * @import { Color, Place, SpacePlace } from "./page"
+ * @import { MovableDescription, ObstacleDescription } from "./events"
+ * @import { Color, Lines, Place, SpacePlace } from "./page"
+ * @import { Robots } from "./recording.js"
  * @import { Scene } from "./scene.js"
  */
+
+/** @typedef {{ obstacle: Color, movable: Color, ground: Color }} ObstacleColors */
 
 export class Obstacles {
     /** @param {Scene} scene */
     constructor(scene) {
         this.scene = scene;
         this.edges = scene.makeLines();
+        this.movableEdges = scene.makeLines();
         /** @type {ObstacleDescription[]} */
         this.obstacles = [];
-        // The height of the highest in mm.
+        /** @type {MovableDescription[]} */
+        this.movables = [];
+        // The version of the samples whose places the edges of movable discs have.
+        this.version = -1;
+        // The height of obstacles without one, and of the highest, in mm.
+        this.tall = 0;
         this.top = 0;
     }
 
     // `size` is that of the world in mm.
     /**
      * @param {ObstacleDescription[]} obstacles
+     * @param {MovableDescription[]} movables
      * @param {Place} size
      */
-    set(obstacles, size) {
-        const tall = TALL * Math.min(...size);
+    set(obstacles, movables, size) {
+        this.tall = TALL * Math.min(...size);
         this.obstacles = obstacles;
-        this.top = Math.max(0, ...obstacles.map(({ height }) => height ?? tall));
-        const edges = obstacles.flatMap((obstacle) => edgesOf(obstacle, obstacle.height ?? tall));
-        this.scene.setLines(this.edges, Float32Array.from(edges.flat(2), (mm) => 10 * mm));
+        this.movables = movables;
+        this.version = -1;
+        this.top = [...obstacles, ...movables].reduce((most, { height }) => Math.max(most, height ?? this.tall), 0);
+        this.setEdges(this.edges, obstacles);
     }
 
     /**
-     * @param {Color} color
-     * @param {boolean} isTilted
+     * @param {Lines} lines
+     * @param {ObstacleDescription[]} obstacles
      */
-    draw(color, isTilted) {
+    setEdges(lines, obstacles) {
+        const edges = obstacles.flatMap((obstacle) => edgesOf(obstacle, obstacle.height ?? this.tall));
+        this.scene.setLines(lines, Float32Array.from(edges.flat(2), (mm) => 10 * mm));
+    }
+
+    /**
+     * @param {ObstacleColors} colors
+     * @param {Robots} robots
+     */
+    draw(colors, robots) {
+        const color = colors.obstacle;
         const { scene } = this;
+        const { isTilted } = scene.camera;
         for (const obstacle of this.obstacles) {
             if ("from" in obstacle) {
                 scene.addLine(obstacle.from, obstacle.to, 2, color);
@@ -53,10 +78,34 @@ export class Obstacles {
                 scene.add(...obstacle.at, obstacle.size[0] / 2, obstacle.size[1] / 2, radians(obstacle.heading), SHAPES.box, color);
             }
         }
-        if (isTilted) {
-            scene.drawLines(this.edges, color, 1);
+        const placed = placedMovables(this.movables, robots);
+        for (const { at, radius } of placed) {
+            scene.add(...at, radius, radius, 0, SHAPES.disc, colors.movable);
+            scene.add(...at, RING * radius, RING * radius, 0, SHAPES.ring, colors.ground);
         }
+        if (!isTilted) {
+            return;
+        }
+        scene.drawLines(this.edges, color, 1);
+        if (this.version !== robots.version) {
+            this.version = robots.version;
+            this.setEdges(this.movableEdges, placed);
+        }
+        scene.drawLines(this.movableEdges, colors.movable, 1);
     }
+}
+
+// Discs that robots push, where they are. The places come with the first sample.
+/**
+ * @param {MovableDescription[]} movables
+ * @param {Robots} robots
+ */
+export function placedMovables(movables, robots) {
+    return movables.slice(0, robots.movables.length / 2).map((movable, disc) => {
+        /** @type {Place} */
+        const at = [robots.movables[2 * disc] / 10, robots.movables[2 * disc + 1] / 10];
+        return { at, ...movable };
+    });
 }
 
 // Pairs of places in mm: the upper edge, and edges down to the ground.

@@ -1,6 +1,6 @@
 // Samples of a session: the bytes of a recording (docs/recording.md), piece by piece.
 
-const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 3];
+const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 4];
 // The count of numbers of a disc, a box, and a wall, before the height or the brightness.
 const OUTLINES = [3, 5, 4];
 
@@ -28,6 +28,9 @@ export class Robots {
         this.led = new Uint8Array();
         this.state = new Uint8Array();
         this.isThere = new Uint8Array();
+        // x and y of each disc that robots push, in tenths of mm.
+        /** @type {number[]} */
+        this.movables = [];
     }
 
     /** @param {number[]} ids */
@@ -77,6 +80,13 @@ export class Robots {
         this.differences(count);
         this.skipOutlines();
         this.skipOutlines();
+        this.movables = [];
+        for (let discs = this.uint(); discs > 0; discs--) {
+            this.movables.push(this.int(), this.int());
+            // Radius and height.
+            this.uint();
+            this.uint();
+        }
         this.clear(ids);
     }
 
@@ -107,8 +117,20 @@ export class Robots {
         let robot = -1;
         while (this.at < end) {
             robot += this.uint() + 1;
-            this.change(robot);
+            if (robot < this.count) {
+                this.change(robot);
+            } else {
+                this.push(robot - this.count);
+            }
         }
+    }
+
+    // A movable disc has another place, and nothing else.
+    /** @param {number} disc */
+    push(disc) {
+        this.at += 1;
+        this.movables[2 * disc] += this.int();
+        this.movables[2 * disc + 1] += this.int();
     }
 
     /** @param {number} robot */

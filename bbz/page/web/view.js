@@ -112,7 +112,7 @@ export class View {
         this.robots = robots;
         this.radii = world.groups.flatMap((group) => Array(group.count).fill(group.radius));
         this.scene.setRadii(this.radii);
-        this.obstacles.set(world.obstacles, world.size);
+        this.obstacles.set(world.obstacles, world.movables, world.size);
         // A world that was edited may have fewer robots.
         const known = (/** @type {number | null} */ robot) => (robot !== null && robot < this.radii.length ? robot : null);
         this.chosen = known(this.chosen);
@@ -252,7 +252,7 @@ export class View {
             scene.add(...at, ...this.dot(9), 0, SHAPES.disc, colors.light);
             scene.add(...at, ...this.dot(14), 0, SHAPES.ring, fade(colors.light, 0.8));
         }
-        this.obstacles.draw(colors.obstacle, this.camera.isTilted);
+        this.obstacles.draw({ ...colors, ground: groundColor(world, colors) }, this.robots);
     }
 
     drawMessages() {
@@ -506,7 +506,7 @@ function readColors() {
     };
     return {
         outside: color("--outside"), ground: color("--ground"), black: color("--black"), white: color("--white"), grid: color("--grid"), edge: color("--edge"),
-        obstacle: color("--obstacle"), light: color("--light"), chosen: color("--mark"), link: color("--accent"),
+        obstacle: color("--obstacle"), movable: color("--movable"), light: color("--light"), chosen: color("--mark"), link: color("--accent"),
         compared: COMPARED.map(color),
         states: ["--running", "--stopped", "--failed", "--faulted"].map(color),
     };

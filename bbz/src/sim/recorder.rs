@@ -62,8 +62,9 @@ impl Recorder {
             return Ok(());
         }
         if let Some((path, writer)) = &mut self.recording {
+            let (robots, movables) = (recorder::robots(simulation), recorder::movables(simulation));
             writer
-                .write(simulation.now(), &recorder::robots(simulation))
+                .write(simulation.now(), &robots, &movables)
                 .map_err(|error| FileError::writing(path, error))?;
         }
         if let Some((_, history)) = &mut self.pictures {

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use bittybuzz_arena::output::recording::{
-    RecordedBody, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedShape, RecordingHeader,
-    RecordingReader, RecordingSample, RecordingWriter,
+    RecordedBody, RecordedMovable, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedShape,
+    RecordingHeader, RecordingReader, RecordingSample, RecordingWriter,
 };
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_compiler::disasm::disassemble;
@@ -128,7 +128,7 @@ pub fn recording(data: &[u8]) -> bool {
     let Some((first, rest)) = data.split_first() else { return false };
     match first {
         0 => return read(rest).is_some(),
-        1 => return read(&[b"bbzrec\x03", rest].concat()).is_some(),
+        1 => return read(&[b"bbzrec\x04", rest].concat()).is_some(),
         _ => {}
     }
     let mut choices = Choices::new(rest);
@@ -187,7 +187,13 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
         let shape = RecordedShape::Disc([-1, i32::MIN, i32::MAX]);
         ground.push(RecordedPatch { shape, brightness: choices.byte().into() });
     }
-    let header = RecordingHeader { size, tick_ms: 100, bodies, ground, obstacles };
+    let mut movables = Vec::new();
+    for _ in 0..choices.below(3) {
+        let (radius, height) = (choices.byte().into(), choices.flag().then_some(u32::MAX));
+        movables.push(RecordedMovable { at: [i32::MIN, i32::MAX], radius, height });
+    }
+    let mut centers: Vec<[i32; 2]> = movables.iter().map(|movable| movable.at).collect();
+    let header = RecordingHeader { size, tick_ms: 100, bodies, ground, obstacles, movables };
     let mut writer = RecordingWriter::new(&mut bytes, &header).expect("memory takes everything");
     let mut tick = 0;
     for _ in 0..choices.below(8) {
@@ -202,7 +208,10 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
                 RobotStatus::Faulted,
             ][choices.below(4)];
         }
-        writer.write(tick, &robots).expect("memory takes everything");
+        for [x, _] in &mut centers {
+            *x = x.wrapping_add(i32::from(choices.byte()) << choices.below(24));
+        }
+        writer.write(tick, &robots, &centers).expect("memory takes everything");
         tick += 1 + u64::from(choices.byte());
     }
     writer.finish().expect("memory takes everything");
@@ -223,7 +232,9 @@ fn read(bytes: &[u8]) -> Option<Vec<RecordingSample>> {
     let mut again = Vec::new();
     let mut writer = RecordingWriter::new(&mut again, &header).expect("memory takes everything");
     for sample in &samples {
-        writer.write(sample.tick, &sample.robots).expect("memory takes everything");
+        writer
+            .write(sample.tick, &sample.robots, &sample.movables)
+            .expect("memory takes everything");
     }
     writer.finish().expect("memory takes everything");
     let reader = RecordingReader::new(&again).expect("a recording that was written");
@@ -232,7 +243,7 @@ fn read(bytes: &[u8]) -> Option<Vec<RecordingSample>> {
         reader.collect::<Result<_, _>>().expect("a recording that was written");
     assert_eq!(read_again.len(), samples.len());
     for (once, again) in samples.iter().zip(&read_again) {
-        assert_eq!((once.tick, &once.robots), (again.tick, &again.robots));
+        assert_eq!(once, again);
     }
     Some(samples)
 }

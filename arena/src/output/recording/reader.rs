@@ -3,9 +3,9 @@
 use std::fmt;
 
 use super::{
-    BLOCK, DISC, HEADING, HEIGHT, MAGIC, ORIGIN, PLACE, RecordedBody, RecordedObstacle,
-    RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape, RecordingHeader, RecordingSample,
-    RobotStatus, SHOWN, VERSION, WALL,
+    BLOCK, DISC, HEADING, HEIGHT, MAGIC, ORIGIN, PLACE, RecordedBody, RecordedMovable,
+    RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
+    RecordingHeader, RecordingSample, RobotStatus, SHOWN, VERSION, WALL,
 };
 
 /// A reason why a recording cannot be read.
@@ -51,6 +51,7 @@ pub struct RecordingReader<'a> {
     at: usize,
     header: RecordingHeader,
     robots: Vec<Option<RecordedRobot>>,
+    movables: Vec<[i32; 2]>,
     tick: u64,
     samples: u64,
     is_over: bool,
@@ -71,11 +72,18 @@ impl<'a> RecordingReader<'a> {
             bodies: Vec::new(),
             ground: Vec::new(),
             obstacles: Vec::new(),
+            movables: Vec::new(),
         };
-        let at = MAGIC.len() + 1;
-        let (robots, tick, samples) = (Vec::new(), 0, 0);
-        let mut reader =
-            RecordingReader { bytes, at, header, robots, tick, samples, is_over: false };
+        let mut reader = RecordingReader {
+            bytes,
+            at: MAGIC.len() + 1,
+            header,
+            robots: Vec::new(),
+            movables: Vec::new(),
+            tick: 0,
+            samples: 0,
+            is_over: false,
+        };
         reader.header.size = [reader.get_as()?, reader.get_as()?];
         reader.header.tick_ms = reader.get_as()?;
         let count: u32 = reader.get_as()?;
@@ -93,6 +101,13 @@ impl<'a> RecordingReader<'a> {
             let obstacle = reader.obstacle()?;
             reader.header.obstacles.push(obstacle);
         }
+        let count: u32 = reader.get_as()?;
+        for _ in 0..count {
+            let (at, radius) = (reader.numbers()?, reader.get_as()?);
+            let height = reader.height()?;
+            reader.header.movables.push(RecordedMovable { at, radius, height });
+        }
+        reader.movables = reader.header.movables.iter().map(|movable| movable.at).collect();
         reader.robots = vec![None; reader.header.bodies.len()];
         Ok(reader)
     }
@@ -127,9 +142,12 @@ impl<'a> RecordingReader<'a> {
             WALL => RecordedOutline::Wall(self.numbers()?),
             form => RecordedOutline::Shape(self.shape(form)?.ok_or(malformed)?),
         };
+        Ok(RecordedObstacle { outline, height: self.height()? })
+    }
+
+    fn height(&mut self) -> Result<Option<u32>, RecordingError> {
         let malformed = RecordingError::Malformed(self.at);
-        let height = self.get()?.checked_sub(1).map(u32::try_from).transpose();
-        Ok(RecordedObstacle { outline, height: height.map_err(|_| malformed)? })
+        self.get()?.checked_sub(1).map(u32::try_from).transpose().map_err(|_| malformed)
     }
 
     fn numbers<const COUNT: usize>(&mut self) -> Result<[i32; COUNT], RecordingError> {
@@ -171,10 +189,12 @@ impl<'a> RecordingReader<'a> {
             let at = self.at;
             let skipped = usize::try_from(self.get()?).unwrap_or(usize::MAX);
             let number = next.saturating_add(skipped);
-            let Some(last) = self.robots.get(number).copied() else {
-                return Err(RecordingError::Malformed(at));
-            };
-            self.robots[number] = Some(self.change(last.unwrap_or(ORIGIN))?);
+            match self.robots.get(number).copied() {
+                Some(last) => {
+                    self.robots[number] = Some(self.change(last.unwrap_or(ORIGIN))?);
+                }
+                None => self.push(number - self.robots.len(), at)?,
+            }
             next = number + 1;
         }
         if self.at != end {
@@ -182,7 +202,32 @@ impl<'a> RecordingReader<'a> {
         }
         self.tick = tick;
         self.samples += 1;
-        Ok(Some(RecordingSample { tick, robots: self.robots.clone() }))
+        let (robots, movables) = (self.robots.clone(), self.movables.clone());
+        Ok(Some(RecordingSample { tick, robots, movables }))
+    }
+
+    /// Reads the change of a movable disc, which only has another place. `start` is the first byte
+    /// of the change.
+    fn push(&mut self, number: usize, start: usize) -> Result<(), RecordingError> {
+        let at = *self.movables.get(number).ok_or(RecordingError::Malformed(start))?;
+        let malformed = RecordingError::Malformed(self.at);
+        if self.byte()? != PLACE {
+            return Err(malformed);
+        }
+        self.movables[number] = self.moved(at)?;
+        Ok(())
+    }
+
+    /// Reads a place as its difference from another one.
+    fn moved(&mut self, from: [i32; 2]) -> Result<[i32; 2], RecordingError> {
+        let [x, y] = from;
+        Ok([self.moved_along(x)?, self.moved_along(y)?])
+    }
+
+    fn moved_along(&mut self, from: i32) -> Result<i32, RecordingError> {
+        let malformed = RecordingError::Malformed(self.at);
+        let to = i64::from(from).checked_add(self.get_signed()?).ok_or(malformed)?;
+        i32::try_from(to).map_err(|_| malformed)
     }
 
     fn change(&mut self, mut robot: RecordedRobot) -> Result<RecordedRobot, RecordingError> {
@@ -192,16 +237,11 @@ impl<'a> RecordingReader<'a> {
         if fields & !(PLACE | HEIGHT | HEADING | SHOWN) != 0 {
             return Err(malformed);
         }
-        let moved = |from: i32, by: i64| {
-            let to = i64::from(from).checked_add(by).ok_or(malformed)?;
-            i32::try_from(to).map_err(|_| malformed)
-        };
         if fields & PLACE != 0 {
-            robot.x = moved(robot.x, self.get_signed()?)?;
-            robot.y = moved(robot.y, self.get_signed()?)?;
+            [robot.x, robot.y] = self.moved([robot.x, robot.y])?;
         }
         if fields & HEIGHT != 0 {
-            robot.z = moved(robot.z, self.get_signed()?)?;
+            robot.z = self.moved_along(robot.z)?;
         }
         if fields & HEADING != 0 {
             let turn = i16::try_from(self.get_signed()?).map_err(|_| malformed)?;
