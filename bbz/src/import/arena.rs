@@ -200,8 +200,16 @@ fn pose(body: Element<'_>) -> Option<Pose> {
 
 /// Returns the shape of a box or a cylinder in mm, and its height in meters.
 pub fn shape(element: Element<'_>) -> Option<(Shape, f64)> {
-    if element.text("movable") == Some("true") {
-        element.omit("boxes and cylinders that robots can push", "they stand still here");
+    match element.name() {
+        "box" if is_pushed(element) => element.omit(
+            "boxes that robots can push",
+            "they stand still here; only a disc, with `at` and `radius`, can have `movable = true`",
+        ),
+        _ if is_pushed(element) => element.omit(
+            "`mass` of cylinders that robots can push",
+            "a robot pushes one as it pushes another robot",
+        ),
+        _ => {}
     }
     if element.first("leds").is_some() {
         element.omit("LEDs of boxes and cylinders", "add lamps to `lights` if robots need light");
@@ -234,6 +242,11 @@ pub fn shape(element: Element<'_>) -> Option<(Shape, f64)> {
     Some((shape, height))
 }
 
+/// Returns true for a box or a cylinder that robots can push.
+fn is_pushed(element: Element<'_>) -> bool {
+    element.text("movable") == Some("true")
+}
+
 /// Returns the obstacle that stands on the ground; `None` if it does not.
 pub fn stand(
     element: Element<'_>,
@@ -258,6 +271,8 @@ pub fn stand(
         at,
         shape: shape.turned(pose.orientation[0]),
         height: mm(top * 1000.0).clamp(LENGTH_MIN, SIDE_MAX),
+        is_movable: is_pushed(element) && matches!(shape, Shape::Disc { .. }),
+        line: element.line(),
     })
 }
 

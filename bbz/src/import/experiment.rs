@@ -15,7 +15,7 @@ use super::group::{Group, Placement, World};
 use super::mistake::{Allowed, Mistake};
 use super::robots::RobotKinds;
 use super::script::ScriptFolders;
-use super::separate::separate;
+use super::separate::{fasten, separate};
 
 /// The sides of a world in mm.
 const SIDE: std::ops::RangeInclusive<f64> = 10.0..=1e6;
@@ -79,6 +79,7 @@ pub fn read<'a>(
     for element in fixed {
         distribute::read(&mut arena, element, &mut drawing);
     }
+    fasten(section, &mut arena, &mut drawing);
     let timing = timing?;
     arena.controllers.omit_unused();
     number(section, &mut arena.groups);
@@ -264,7 +265,11 @@ fn grown(section: Element<'_>, arena: &Arena<'_>) -> Option<[f64; 2]> {
             Placement::Area { center, size, .. } => include(*center, size.map(|side| side / 2.0)),
         }
     }
-    arena.obstacles.iter().for_each(|obstacle| include(obstacle.at, [0.0; 2]));
+    for obstacle in &arena.obstacles {
+        // An obstacle may reach into the wall of the world, but not a movable disc.
+        let margin = if obstacle.is_movable { obstacle.shape.radius() } else { 0.0 };
+        include(obstacle.at, [margin; 2]);
+    }
     arena.lamps.iter().for_each(|lamp| include(lamp.at, [0.0; 2]));
     if size.iter().any(|side| !SIDE.contains(side)) {
         section.fail_at("size", Mistake::BeyondWorld { attribute: "size" });

@@ -8,6 +8,10 @@ pub struct Obstacle {
     pub at: [f64; 2],
     pub shape: Shape,
     pub height: f64,
+    /// True if robots push it, which must be a disc.
+    pub is_movable: bool,
+    /// The line of the experiment.
+    pub line: usize,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,8 +88,14 @@ mod tests {
 
     #[test]
     fn gaps_to_a_turned_rectangle() {
-        let obstacle =
-            |shape| Obstacle { name: String::new(), at: [100.0, 0.0], shape, height: 1.0 };
+        let obstacle = |shape| Obstacle {
+            name: String::new(),
+            at: [100.0, 0.0],
+            shape,
+            height: 1.0,
+            is_movable: false,
+            line: 1,
+        };
         let near = |one: f64, other: f64| assert!((one - other).abs() < 1e-9, "{one} {other}");
         // The right side is at 120, the corner at (120, 10).
         near(obstacle(block(0.0)).gap([150.0, 0.0]), 30.0);

@@ -1,7 +1,8 @@
 //! Robots with given places that would start in each other or in an obstacle.
 //!
 //! ARGoS accepts such robots, and its physics pushes them apart; a scenario with them is refused.
-//! They get the nearest free places.
+//! They get the nearest free places. Movable discs, which a scenario also refuses in each other and in
+//! obstacles, stand still.
 
 use std::collections::HashMap;
 
@@ -77,6 +78,28 @@ pub fn separate(section: Element<'_>, arena: &mut Arena<'_>, drawing: &mut Drawi
                 group.line,
                 "start places in other robots or in obstacles",
                 "`positions` has the nearest free places; ARGoS pushes bodies apart",
+            );
+        }
+    }
+}
+
+/// Fastens movable discs that start in another obstacle, and lists them.
+pub fn fasten(section: Element<'_>, arena: &mut Arena<'_>, drawing: &mut Drawing) {
+    let obstacles = &mut arena.obstacles;
+    for number in 0..obstacles.len() {
+        let Obstacle { at, shape, is_movable: true, line, .. } = obstacles[number] else {
+            continue;
+        };
+        let is_apart = |other: &Obstacle| other.gap(at) >= shape.radius() - SLACK;
+        let (before, rest) = obstacles.split_at(number);
+        let is_free =
+            drawing.check(obstacles.len()) && before.iter().chain(&rest[1..]).all(is_apart);
+        if !is_free {
+            obstacles[number].is_movable = false;
+            section.omit_in(
+                line,
+                "cylinders that robots can push, in each other or in obstacles",
+                "they stand still here; move them apart, and add `movable = true`",
             );
         }
     }

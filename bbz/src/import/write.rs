@@ -122,7 +122,8 @@ fn obstacle(obstacle: &Obstacle) -> String {
         }
     };
     let height = number_text(obstacle.height);
-    format!("{{ at = {at}, {shape}, height = {height} }}, # {}", comment(&obstacle.name))
+    let movable = if obstacle.is_movable { ", movable = true" } else { "" };
+    format!("{{ at = {at}, {shape}, height = {height}{movable} }}, # {}", comment(&obstacle.name))
 }
 
 fn point([x, y]: [f64; 2]) -> String {

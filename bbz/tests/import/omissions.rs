@@ -18,7 +18,12 @@ fn each_omission_names_line_and_cure() {
         (
             bot.clone()
                 + "\n<box id=\"b\" size=\"0.2,0.2,0.2\" movable=\"true\" mass=\"1\"><body position=\"1,0,0\"/></box>",
-            "16: boxes and cylinders that robots can push; they stand still here",
+            "16: boxes that robots can push; they stand still here; only a disc",
+        ),
+        (
+            bot.clone()
+                + "\n<cylinder id=\"c\" radius=\"0.1\" height=\"0.2\" movable=\"true\" mass=\"1\"><body position=\"1,0,0\"/></cylinder>",
+            "16: `mass` of cylinders that robots can push; a robot pushes one as it pushes another robot",
         ),
         (
             bot.clone()

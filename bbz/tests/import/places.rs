@@ -264,6 +264,47 @@ fn robots_in_each_other_are_moved_apart() {
     assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
 }
 
+/// The third disc overlaps with the box, and the fourth with the fifth. The second one touches the edge of the arena, 2 m from its
+/// center, and the last one reaches 50 mm beyond it.
+#[test]
+fn movable_cylinders_become_movable_discs() {
+    let cylinder = |id: &str, at: &str| {
+        format!(
+            "<cylinder id=\"{id}\" radius=\"0.1\" height=\"0.5\" movable=\"true\" mass=\"2\"><body position=\"{at},0\"/></cylinder>\n"
+        )
+    };
+    let entities = foot_bot("fb0", "0,0,0")
+        + "\n<box id=\"b\" size=\"0.2,0.2,0.5\" movable=\"false\"><body position=\"1,0,0\"/></box>\n"
+        + &cylinder("free", "-1,0")
+        + &cylinder("edge", "1.9,0")
+        + &cylinder("in box", "1.15,0")
+        + &cylinder("one", "0,0.5")
+        + &cylinder("other", "0.15,0.5")
+        + &cylinder("beyond", "-1.95,0");
+    let folder = folder("import_movable", &entities);
+    let outcome = import(&folder);
+    let discs: Vec<&str> =
+        outcome.stdout.lines().filter(|line| line.contains("radius = ")).map(str::trim).collect();
+    assert_eq!(
+        discs,
+        [
+            "{ at = [-1000, 0], radius = 100, height = 500, movable = true }, # free",
+            "{ at = [1900, 0], radius = 100, height = 500, movable = true }, # edge",
+            "{ at = [1150, 0], radius = 100, height = 500 }, # in box",
+            "{ at = [0, 500], radius = 100, height = 500 }, # one",
+            "{ at = [150, 500], radius = 100, height = 500 }, # other",
+            "{ at = [-1950, 0], radius = 100, height = 500, movable = true }, # beyond",
+        ]
+    );
+    assert!(outcome.stdout.contains("size = [4100, "), "{}", outcome.stdout);
+    outcome.reports(&[
+        "cylinders that robots can push, in each other or in obstacles (also lines 20, 21); they stand still here",
+    ]);
+    folder.write("field.toml", &outcome.stdout);
+    let run = folder.bbz(&["sim", "field.toml"]);
+    assert_eq!((run.status, run.stderr.as_str()), (Some(0), ""));
+}
+
 /// Drawn obstacles stand in their area, apart from each other, from other obstacles and from robots,
 /// and a second import gives the same places.
 #[test]
