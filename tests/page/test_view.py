@@ -1,6 +1,7 @@
 """A recording in the page of `bbz view`."""
 
 import subprocess
+import xml.etree.ElementTree
 
 import pytest
 from playwright.sync_api import expect
@@ -78,3 +79,50 @@ def test_a_file_that_is_no_recording_is_an_error(recording):
     result = subprocess.run(bbz("view", scenario, "--no-browser"), capture_output=True, text=True, timeout=SECONDS_MAX)
     assert result.returncode == 3
     assert "it is not a recording" in result.stderr and "--record" in result.stderr
+
+
+# The robot touches the disc from the start and pushes it to the right.
+PUSHED = """\
+[world]
+size = [800, 600]
+duration = 60
+obstacles = [{ at = [50, 0], radius = 60, movable = true }]
+
+[[robots]]
+robot = "kilobot"
+script = "s.bzz"
+positions = [[-26.5, 0]]
+heading = 0
+"""
+
+
+def circles(path):
+    root = xml.etree.ElementTree.parse(path).getroot()
+    return [circle.attrib for circle in root.iter("{http://www.w3.org/2000/svg}circle")]
+
+
+def test_movable_discs_are_drawn_where_they_are(browser, tmp_path):
+    (tmp_path / "s.bzz").write_text("function step() { forward() }\n")
+    (tmp_path / "s.toml").write_text(PUSHED)
+    command = bbz("sim", "s.toml", "--headless", "--record", "s.bbr", "--svg", "pictures")
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=SECONDS_MAX)
+    # The picture is 900 wide, with a rim of 10; the outline at the end is the thick one.
+    ends = [circle for circle in circles(tmp_path / "pictures/trajectories.svg") if circle.get("stroke-width") == "2"]
+    [end] = [(float(circle["cx"]) - 10) * 800 / 900 - 400 for circle in ends]
+    assert end > 60
+    process = subprocess.Popen(bbz("view", tmp_path / "s.bbr", "--no-browser"), stdout=subprocess.PIPE, text=True)
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(address(process))
+    for tick, x in [(0, 50), (600, end), (0, 50)]:
+        go(page, tick)
+        with page.expect_download() as download:
+            page.get_by_role("button", name="Drawing").click()
+        download.value.save_as(tmp_path / "drawing.svg")
+        drawn = circles(tmp_path / "drawing.svg")
+        [disc] = [circle for circle in drawn if circle["r"] == "60"]
+        assert float(disc["cx"]) == pytest.approx(x, abs=0.15)
+        # The ring lies over the disc, in the color of the ground.
+        [ring] = [circle for circle in drawn if circle["r"] == "36"]
+        assert (ring["cx"], ring["fill"], ring["stroke"]) == (disc["cx"], "none", "rgb(255,255,255)")
+    page.close()
+    process.wait(timeout=60)

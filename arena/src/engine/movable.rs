@@ -29,7 +29,7 @@ pub(crate) struct Movable {
     pub(crate) moved: bool,
 }
 
-/// The least radius in mm: two smaller discs could not be told from one.
+/// The least radius in mm. It keeps the sum of two radii above the overlap that is tolerated.
 const RADIUS_MM_MIN: f32 = 1.0;
 
 /// The number of cells up to which their memory is negligible.

@@ -110,7 +110,7 @@ impl RoundInput<'_> {
         disc
     }
 
-    /// Returns what a robot touches, and the sum of the pushes, of all movable discs.
+    /// Returns the contacts of a robot with movable discs, and the sum of their pushes.
     #[inline(never)] // Inlined, it makes worlds without such discs 1.5 % slower (examples/speed.rs).
     fn pushed_by_movables(&self, index: usize) -> (u8, f32, f32) {
         let disc = &self.discs[index];
