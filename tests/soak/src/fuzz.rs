@@ -1,9 +1,10 @@
-//! Runs the fuzz targets. The executions of all runs are added up and kept next to the corpora that
-//! they found, until a file changes that the target exercises.
+//! Runs the fuzz targets. The [`Executions`] of all runs are added up, until a file changes that the
+//! target exercises.
 
 use crate::Verdict;
+use crate::executions::Executions;
 use crate::pairs::in_pairs;
-use crate::sources::{self, Sources};
+use crate::sources::Sources;
 use anyhow::{Result, ensure};
 use bittybuzz_builds::shell::{Invocation, target};
 use fs_err as fs;
@@ -24,8 +25,9 @@ const SAMPLE: [&str; 2] = ["-runs=10000", "-seed=1"];
 /// Settings of cargo for the programs of the sample, whose executions take less time than a full
 /// optimization. Checks of overflow and debug assertions stay on. The engine, which is C++, and
 /// macros keep the settings with which the lints have compiled them.
-const SAMPLE_PROFILE: [&str; 6] = [
+const SAMPLE_PROFILE: [&str; 7] = [
     "profile.release.opt-level=1",
+    "profile.release.lto=\"off\"",
     "profile.release.debug=false",
     "profile.release.strip=\"none\"",
     "profile.release.build-override.debug=1",
@@ -127,20 +129,23 @@ pub fn run(name: &str) -> Result<Verdict> {
         return Ok(Verdict::Missing("there is no such target".to_owned()));
     };
     let enough = if RUNS.contains(&name) { ENOUGH_RUNS } else { ENOUGH };
-    let mut count = Count::open(name, fuzzed.fingerprint(&Sources::list()?)?)?;
-    if count.executions < enough {
+    let fingerprint = fuzzed.fingerprint(&Sources::list()?)?;
+    let mut executions = Executions::load()?;
+    let left = |executions: &Executions| enough.saturating_sub(executions.of(name, fingerprint));
+    if left(&executions) > 0 {
         let program = build(&["--bin", name])?.join(name);
-        while count.executions < enough {
-            println!("{name}: {} of {enough} executions left", enough - count.executions);
-            match chunk(name, &program, enough - count.executions)? {
-                Chunk::Executed(executions) => count.add(executions)?,
+        while left(&executions) > 0 {
+            println!("{name}: {} of {enough} executions left", left(&executions));
+            match chunk(name, &program, left(&executions))? {
+                Chunk::Executed(more) => executions.add(name, fingerprint, more)?,
                 Chunk::Panicked(input) => {
                     return Ok(Verdict::Missing(format!("a panic: {input}")));
                 }
             }
         }
     }
-    Ok(Verdict::Shown(format!("{} executions without a panic", count.executions)))
+    let count = executions.of(name, fingerprint);
+    Ok(Verdict::Shown(format!("{count} executions without a panic")))
 }
 
 /// Builds every target for the sample, and returns the folder of their programs.
@@ -285,37 +290,6 @@ fn panicked(report: &str) -> String {
     format!("{}; {}", message.join(" "), file.map_or("no input was kept", |(_, file)| file))
 }
 
-/// Executions of a target so far.
-struct Count {
-    path: PathBuf,
-    fingerprint: u64,
-    executions: u64,
-}
-
-impl Count {
-    fn open(name: &str, fingerprint: u64) -> Result<Count> {
-        let path = target()?.join("soak/fuzz/executions").join(name);
-        let executions = match path.exists() {
-            true => parse(&fs::read_to_string(&path)?, fingerprint),
-            false => 0,
-        };
-        Ok(Count { path, fingerprint, executions })
-    }
-
-    fn add(&mut self, executions: u64) -> Result<()> {
-        self.executions += executions;
-        let text = format!("{:016x}\t{}\n", self.fingerprint, self.executions);
-        sources::write(&self.path, text.as_bytes())
-    }
-}
-
-/// None if they are about other sources.
-fn parse(text: &str, fingerprint: u64) -> u64 {
-    let same = text.trim_end().split_once('\t');
-    let same = same.filter(|(of, _)| *of == format!("{fingerprint:016x}"));
-    same.and_then(|(_, executions)| executions.parse().ok()).unwrap_or(0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -337,13 +311,6 @@ mod tests {
             panicked(report),
             "thread '<unnamed>' (1) panicked at a.rs:1:2: no such thing; f/panic-1"
         );
-    }
-
-    #[test]
-    fn executions_count_for_the_same_sources_only() {
-        assert_eq!(parse("0000000000000007\t123\n", 7), 123);
-        assert_eq!(parse("0000000000000007\t123\n", 8), 0);
-        assert_eq!(parse("", 7), 0);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The simulator that runs scenarios, and the emulators that it starts.
 
 use anyhow::Result;
-use bittybuzz_builds::cargo_test::all_tests;
+use bittybuzz_builds::cargo_test;
 use bittybuzz_builds::shell::{Invocation, target};
 use std::path::PathBuf;
 
@@ -19,18 +19,14 @@ const EMULATORS: [&str; 2] = ["bittybuzz-emulate-avr", "bittybuzz-emulate-m0"];
 impl Build {
     /// Builds `bbz` and the emulator programs; returns the path of `bbz`.
     pub fn simulator(self) -> Result<PathBuf> {
-        // Cargo would compile the shared crates again for each other selection of packages.
-        let (packages, folder) = match self {
-            Build::Optimized => (&["--package", "bbz"][..], "release"),
-            Build::Checked => {
-                all_tests(&["--no-run", "--quiet", "--test", "bbz"], &[]).run()?;
-                (&[][..], "debug")
-            }
+        let (packages, bbz) = match self {
+            Build::Optimized => (&["--package", "bbz"][..], target()?.join("release/bbz")),
+            Build::Checked => (&[][..], cargo_test::bbz()?),
         };
         let emulators = EMULATORS.map(|package| ["--package", package]).concat();
         let build = ["build", "--release", "--quiet"];
         Invocation::cargo(&[&build[..], packages, &emulators].concat()).run()?;
-        Ok(target()?.join(folder).join("bbz"))
+        Ok(bbz)
     }
 }
 

@@ -4,11 +4,11 @@ use anyhow::Result;
 use bittybuzz_builds::copy::files;
 use bittybuzz_builds::shell::root;
 use fs_err as fs;
-use std::hash::{DefaultHasher, Hash, Hasher};
+use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// Files that hold dates of runs, from the root. The runs themselves change them.
-const RUNS: [&str; 2] = [crate::evidence::FILE, "tests/guides/runs.toml"];
+const RUNS: [&str; 3] = [crate::evidence::FILE, crate::executions::FILE, "tests/guides/runs.toml"];
 
 /// Files of the repository, from the root.
 pub struct Sources {
@@ -30,18 +30,23 @@ impl Sources {
     /// A number that changes with the code of programs, and with the lines at which it stands. Documents and files with
     /// dates of runs do not count, nor does the text of comments.
     pub fn fingerprint(&self) -> Result<u64> {
-        let mut hasher = DefaultHasher::new();
+        let mut hash = Sha256::new();
         let is_code = |name: &&String| !name.ends_with(".md") && !RUNS.contains(&name.as_str());
         for name in self.files.iter().filter(is_code) {
             let bytes = fs::read(root().join(name))?;
-            match str::from_utf8(&bytes) {
+            let bytes = match String::from_utf8(bytes) {
                 Ok(text) if name.ends_with(".rs") => {
-                    (name, without_comments(text)).hash(&mut hasher)
+                    without_comments(&text).join("\n").into_bytes()
                 }
-                _ => (name, bytes).hash(&mut hasher),
-            }
+                Ok(text) => text.into_bytes(),
+                Err(error) => error.into_bytes(),
+            };
+            // The length keeps the end of one file apart from the begin of the next.
+            hash.update(format!("{name}\n{}\n", bytes.len()));
+            hash.update(bytes);
         }
-        Ok(hasher.finish())
+        let start = hash.finalize().iter().take(8).fold(0, |sum, byte| sum << 8 | u64::from(*byte));
+        Ok(start)
     }
 }
 

@@ -6,7 +6,7 @@ use super::kilobots::{examples, keeps_pace};
 use crate::Verdict;
 use anyhow::Result;
 use bittybuzz_builds::board::{KILOBOT, target_of};
-use bittybuzz_builds::cargo_test::all_tests;
+use bittybuzz_builds::cargo_test::image_tests;
 use bittybuzz_builds::elf;
 use bittybuzz_builds::shell::{Invocation, root, target};
 use bittybuzz_vm_core::Parts;
@@ -46,7 +46,7 @@ pub fn run(example: &str) -> Result<Verdict> {
     let squeezed_bytes = elf::footprint(&squeezed)?.flash;
     let plain_bytes = elf::footprint(&plain)?.flash;
     let chip = if plain_bytes > FLASH { "atmega1284p" } else { "atmega328p" };
-    let output = all_tests(&["--test", "hil"], &["squeezed::", "--ignored", "--nocapture"])
+    let output = image_tests(&["squeezed::", "--ignored", "--nocapture"])?
         .env("BITTYBUZZ_SQUEEZED", &squeezed.display().to_string())
         .env("BITTYBUZZ_PLAIN", &plain.display().to_string())
         .env("BITTYBUZZ_PLAIN_CHIP", chip)

@@ -12,7 +12,7 @@ use crate::Verdict;
 use crate::sources;
 use anyhow::{Result, bail};
 use bittybuzz_builds::board::{BEHAVIORS, CRAZYFLIE, FirmwareBuild, KILOBOT, ZOOIDS};
-use bittybuzz_builds::cargo_test::{SKIP_SLOW, all_tests, cargo_test};
+use bittybuzz_builds::cargo_test::{SKIP_SLOW, cargo_test, image_tests};
 use bittybuzz_builds::copy::Copy;
 use bittybuzz_builds::shell::{Invocation, target};
 use fs_err as fs;
@@ -255,7 +255,7 @@ impl Tests {
                 for name in *behaviors {
                     sources::write(&images.join(name).with_extension("elf"), &bytes)?;
                 }
-                all_tests(&["--test", "hil"], &filters)
+                image_tests(&filters)?
                     .env(variable, &image.display().to_string())
                     .env("BITTYBUZZ_BEHAVIORS", &images.display().to_string())
             }
