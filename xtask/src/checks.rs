@@ -7,11 +7,11 @@ use anyhow::Result;
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{
-    BOOK, CHECK, FIGURES, PROBE_RS, SKIP_SLOW, all_but_emulators, all_tests, cargo_test, emulators,
-    guides, shared_packages,
+    self, BOOK, CHECK, FIGURES, PROBE_RS, SKIP_SLOW, all_but_emulators, all_tests, cargo_test,
+    emulators, guides, shared_packages,
 };
 use bittybuzz_builds::probe::PROBES;
-use bittybuzz_builds::shell::{Invocation, at_once, cargo, keep_lock_files, target};
+use bittybuzz_builds::shell::{Invocation, at_once, cargo, keep_lock_files};
 use bittybuzz_builds::test_programs::Variables;
 use bittybuzz_builds::{chip, on_chip, setup, test_programs};
 use bittybuzz_guides::Runs;
@@ -84,17 +84,20 @@ pub enum Step {
 /// Runs everything that must pass before a change is merged, or one step of it.
 pub fn ci(step: Option<Step>) -> Result<()> {
     keep_lock_files();
-    setup::run()?;
     match step {
-        Some(step) => step.run(),
+        Some(step) => {
+            setup::run()?;
+            step.run()
+        }
         None => all_steps(),
     }
 }
 
 /// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
 /// emulators count while the tests are compiled, and the sample of the long tests runs while browsers
-/// do.
+/// do. The first lints need no package, and run while packages come from the network.
 fn all_steps() -> Result<()> {
+    at_once(lint_host, setup::run)?;
     let run = |steps: &[Step]| steps.iter().try_for_each(|step| step.run());
     let (before, rest) = Step::value_variants().split_at(Step::Sizes as usize);
     let (beside, after) = rest.split_at(Step::Emulators as usize - Step::Sizes as usize);
@@ -173,9 +176,7 @@ fn wasm() -> Result<()> {
 fn page() -> Result<()> {
     vendor::check()?;
     let python = setup::browser()?;
-    // The build of the tests includes `bbz`.
-    all_tests(&["--no-run", "--test", "bbz"], &[]).run()?;
-    let bbz = target()?.join("debug/bbz");
+    let bbz = cargo_test::bbz()?;
     Invocation::named(
         "python3",
         &python,
@@ -217,10 +218,15 @@ fn document() -> Result<()> {
     Ok(())
 }
 
+/// The lints of a workspace, in the profile of its tests, which use the same build scripts and macros.
+const CLIPPY: [&str; 2] = ["clippy", "--all-targets"];
+
+/// Options of the lints that make every warning an error.
+const DENY: [&str; 3] = ["--", "-D", "warnings"];
+
 /// Checks lock files, spelling, format and lints of every workspace.
 fn lint() -> Result<()> {
     locks()?;
-    const DENY: [&str; 3] = ["--", "-D", "warnings"];
     Invocation::named("typos", &setup::typos()?, &[]).run()?;
     cargo(&["fmt", "--all", "--check"])?;
     for folder in [bench::HOST].into_iter().chain(chip::WORKSPACES) {
@@ -229,15 +235,8 @@ fn lint() -> Result<()> {
     for board in BOARDS {
         Invocation::cargo(&["fmt", "--check"]).in_workspace(board.folder).run()?;
     }
-    // In the profiles of the tests, which use the same build scripts and macros. Those of the two
-    // chores differ, so that both run: firmware has long chains of crates, which keep one processor
-    // busy.
-    let clippy = ["clippy", "--all-targets"];
-    let in_dev = || {
-        cargo(&[&clippy[..], &all_but_emulators(), &DENY].concat())?;
-        // Users build `bbz` alone, with fewer features of shared crates than all other builds have.
-        cargo(&["check", "--package", "bbz"])
-    };
+    // The profiles of the two chores differ, so that both run: firmware has long chains of crates,
+    // which keep one processor busy.
     let in_release = || -> Result<()> {
         for board in BOARDS {
             let arguments = [&["clippy", "--release"], &DENY[..]].concat();
@@ -245,12 +244,19 @@ fn lint() -> Result<()> {
         }
         chip::lint(&DENY)?;
         soak::lint_fuzz_targets(&DENY)?;
-        cargo(&[&clippy[..], &["--release"], &emulators(), &DENY].concat())?;
-        let all = [&clippy[..], &["--release", "--workspace"], &DENY].concat();
+        cargo(&[&CLIPPY[..], &["--release"], &emulators(), &DENY].concat())?;
+        let all = [&CLIPPY[..], &["--release", "--workspace"], &DENY].concat();
         Invocation::cargo(&all).in_workspace(bench::HOST).run()
     };
-    at_once(in_dev, in_release)?;
+    at_once(lint_host, in_release)?;
     Ok(())
+}
+
+/// Lints what runs on this computer, but for the emulators.
+fn lint_host() -> Result<()> {
+    cargo(&[&CLIPPY[..], &all_but_emulators(), &DENY].concat())?;
+    // Users build `bbz` alone, with fewer features of shared crates than all other builds have.
+    cargo(&["check", "--package", "bbz"])
 }
 
 /// Links the virtual machine for the robots' cores with a panic handler that does not exist, which

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use bittybuzz_builds::board::{CRAZYFLIE, KILOBOT, ZOOIDS};
-use bittybuzz_builds::cargo_test::{CHECK, FIGURES, all_tests};
+use bittybuzz_builds::cargo_test::{CHECK, FIGURES, image_tests};
 use bittybuzz_builds::shell::Invocation;
 
 /// The tests that compare or record figures.
@@ -23,8 +23,7 @@ pub fn run(update: bool) -> Result<()> {
     let date = Invocation::new("date", &["+%F"]).unannounced().output(0)?;
     let date = String::from_utf8(date.stdout)?;
     let filters = [&["--nocapture"], &TESTS[..]].concat();
-    let mut tests = all_tests(&["--test", "hil"], &filters)
-        .env(FIGURES, if update { date.trim() } else { CHECK });
+    let mut tests = image_tests(&filters)?.env(FIGURES, if update { date.trim() } else { CHECK });
     for (variable, board) in [
         ("BITTYBUZZ_CRAZYFLIE", &CRAZYFLIE),
         ("BITTYBUZZ_ZOOIDS", &ZOOIDS),

@@ -1,6 +1,8 @@
 //! `cargo test` with the settings of all chores.
 
-use crate::shell::Invocation;
+use crate::shell::{Invocation, target};
+use anyhow::Result;
+use std::path::PathBuf;
 
 /// Arguments that skip the tests on the slower emulated processors.
 pub const SKIP_SLOW: [&str; 2] = ["--skip", "qemu"];
@@ -68,4 +70,21 @@ pub fn all_but_emulators() -> Vec<&'static str> {
 /// `--package`, cargo would compile the shared crates once more with fewer features.
 pub fn all_tests(options: &[&str], chosen: &[&str]) -> Invocation {
     cargo_test(&[&shared_packages()[..], options, &["--"], chosen].concat())
+}
+
+/// The variable that names the program `bbz` for tests that run it. They build it otherwise, alone,
+/// so that cargo compiles the shared crates once more with fewer features.
+pub const BBZ: &str = "BITTYBUZZ_BBZ";
+
+/// Builds `bbz` with the packages that share a build of their tests. Returns its path.
+pub fn bbz() -> Result<PathBuf> {
+    // The tests of a package include its programs.
+    all_tests(&["--no-run", "--quiet", "--test", "bbz"], &[]).run()?;
+    Ok(target()?.join("debug/bbz"))
+}
+
+/// Returns the tests of `tests/hil`, with arguments for their program.
+pub fn image_tests(chosen: &[&str]) -> Result<Invocation> {
+    let bbz = bbz()?.display().to_string();
+    Ok(all_tests(&["--test", "hil"], chosen).env(BBZ, &bbz))
 }

@@ -4,7 +4,7 @@
 //! processor busy. cargo-nextest would fill all processors, but a clean machine compiles it for
 //! longer than it saves.
 
-use crate::cargo_test::{GUIDES, cargo_test};
+use crate::cargo_test::{BBZ, GUIDES, cargo_test};
 use crate::shell::Invocation;
 use anyhow::{Context, Result, bail};
 use serde_json::Value;
@@ -102,7 +102,7 @@ pub fn run(
         let settings = settings.iter().map(|(name, value)| (*name, (*value).to_owned()));
         let runner = Runner {
             chosen,
-            settings: settings.chain(bbz.map(|path| ("BITTYBUZZ_BBZ", path))).collect(),
+            settings: settings.chain(bbz.map(|path| (BBZ, path))).collect(),
             images: OnceLock::new(),
             run: Mutex::new(Run::default()),
         };
