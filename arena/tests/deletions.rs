@@ -1,8 +1,9 @@
 //! Deletions last: no robot that was away brings a deleted key back, and what robots put meanwhile arrives.
 
 use bittybuzz_arena::engine::Medium;
+use bittybuzz_arena::run::{Summary, TICKS_PER_SECOND};
 
-use crate::script::{folder, run};
+use crate::script::{folder, run, run_with};
 
 /// Kinds of nine robots, the distance between two of them in mm, and the entries that one has room for.
 const KINDS: [Kind; 3] = [
@@ -61,23 +62,29 @@ impl Run<'_> {
             Away::Stop => (format!("stop = {robots}"), format!("resume = {robots}")),
         };
         let back = 10 + seconds;
-        let scenario = |duration| {
-            format!(
-                "[world]\nsize = [4000, 4000]\nduration = {duration}\nseed = {seed}\n\
-                 [[robots]]\nrobot = \"{robot}\"\nscript = \"s.bzz\"\ncount = 9\n\
-                 placement = \"grid\"\nspacing = {spacing}\nlink = {{ loss = {loss} }}\n\
-                 [[event]]\nat = 10\n{begin}\n[[event]]\nat = {back}\n{end}\n\
-                 [output]\nplot = [\"global.sum\"]\n"
-            )
-        };
+        let (settled, end_of_run) = (back + 40, back + 70);
+        let scenario = format!(
+            "[world]\nsize = [4000, 4000]\nduration = {end_of_run}\nseed = {seed}\n\
+             [[robots]]\nrobot = \"{robot}\"\nscript = \"s.bzz\"\ncount = 9\n\
+             placement = \"grid\"\nspacing = {spacing}\nlink = {{ loss = {loss} }}\n\
+             [[event]]\nat = 10\n{begin}\n[[event]]\nat = {back}\n{end}\n\
+             [output]\nplot = [\"global.sum\"]\n"
+        );
+        let mut sums = None;
+        let mut sent = 0;
         let media = [Medium::Infrared, Medium::Nrf24, Medium::P2p];
-        let [settled, later] = [back + 40, back + 70].map(|duration| {
-            let summary = run(&folder, &scenario(duration));
-            let sent = media.iter().map(|medium| summary.statistics.link(*medium).sent);
-            (summary.values[0].expect("the script has the global"), sent.sum::<u64>())
+        let sent_of = |summary: &Summary| -> u64 {
+            media.iter().map(|medium| summary.statistics.link(*medium).sent).sum()
+        };
+        let summary = run_with(&folder, &scenario, 1, |run| {
+            if run.now() == u64::from(settled) * TICKS_PER_SECOND as u64 {
+                let summary = run.summary();
+                sums = summary.values[0];
+                sent = sent_of(&summary);
+            }
         });
-        let [_, least, greatest] = settled.0;
-        ([least, greatest], (later.1 - settled.1) as f64 / 9.0 / 30.0)
+        let [_, least, greatest] = sums.expect("the script has the global");
+        ([least, greatest], (sent_of(&summary) - sent) as f64 / 9.0 / 30.0)
     }
 
     /// Fails unless all robots know values of that sum in the end, and are quiet then.

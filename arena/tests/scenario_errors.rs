@@ -608,7 +608,7 @@ fn movable_discs_need_room_of_their_own() {
         (
             "{ at = [300, 0], radius = 50, movable = true },\n",
             "{ at = [379, 0], radius = 30, movable = true }",
-            "(379, 0) would stand in that at (300, 0)",
+            "(379, 0) would stand in the one at (300, 0)",
         ),
     ] {
         let found = errors_of_obstacles(&format!("{others}{disc}"));

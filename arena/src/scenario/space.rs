@@ -148,7 +148,7 @@ pub fn check_movables(world: &WorldSection, entries: &[Entry<'_>]) {
             Some(Barrier::Obstacle) => Some("an obstacle".to_owned()),
             None => {
                 let other = space.robot_at(at, radius, SLACK_MM);
-                other.map(|other| format!("that at {}", place_text(other.at)))
+                other.map(|other| format!("the one at {}", place_text(other.at)))
             }
         };
         if let Some(barrier) = barrier {

@@ -160,7 +160,9 @@ pub fn parse_list(text: &str) -> Result<Vec<Parameter>, ListError> {
 /// Reads the least and the greatest value of a parameter.
 fn range_of(kind: SignatureType, text: &str) -> Result<RangeInclusive<i32>, RobotFileCause> {
     let is_number = matches!(kind, SignatureType::Int | SignatureType::Number);
+    // The parser of integers would take a plus.
     text.split_once(TO)
+        .filter(|_| !text.contains('+'))
         .and_then(|(least, greatest)| Some(least.parse().ok()?..=greatest.parse().ok()?))
         .filter(|range| is_number && range.start() < range.end())
         .ok_or_else(|| RobotFileCause::BadRange { text: text.to_owned() })
@@ -238,6 +240,7 @@ mod tests {
             ("x: int 0..", 7..10, "BadRange"),
             ("x: int 0..1.5", 7..13, "BadRange"),
             ("x: int 7..0", 7..11, "BadRange"),
+            ("x: int 0..+7", 7..12, "BadRange"),
             ("x: int 0..99999999999", 7..21, "BadRange"),
             ("x: any 0..7", 7..11, "BadRange"),
             ("x: string 0..7...", 10..14, "BadRange"),
