@@ -247,10 +247,12 @@ fn relative(path: &Path, folder: &Path) -> Option<String> {
     Some(path.strip_prefix(folder).ok()?.to_string_lossy().replace('\\', "/"))
 }
 
+/// Adds the scripts of a folder. Links are left out: one may lead back to the folder that it is in.
 fn collect(folder: &Path, found: &mut Vec<PathBuf>) -> Result<()> {
     for entry in fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.is_dir() {
+        let entry = entry?;
+        let path = entry.path();
+        if entry.file_type()?.is_dir() {
             collect(&path, found)?;
         } else if path.extension().is_some_and(|extension| extension == "bzz") {
             found.push(path);
