@@ -166,5 +166,5 @@ fn bad_commands_are_refused_and_change_nothing() {
     let mut untouched = Simulation::new(setup, 5, 1).unwrap();
     assert_eq!(rest(&mut run), rest(&mut untouched));
     let errors = run.command("fail = 1").unwrap_err();
-    assert!(errors[0].to_string().contains("not within the run"), "{errors:?}");
+    assert!(errors[0].to_string().contains("the run is over"), "{errors:?}");
 }

@@ -205,13 +205,18 @@ impl Simulation {
     /// `move = 3` and `to = [100, 0]`. An error leaves the run unchanged, and names the place in
     /// the text and the remedy.
     pub fn command(&mut self, text: &str) -> Result<(), Vec<ScenarioError>> {
-        if self.is_over() {
-            let duration = self.setup.scenario.world.duration.to_string();
-            let cause = ScenarioCause::AfterEnd { key: "the command", duration };
-            return Err(vec![ScenarioError { cause, place: None }]);
+        self.command_at(self.now(), text)
+    }
+
+    /// Queues a command as [`command`](Self::command) does, which acts at the beginning of a later
+    /// tick. Queued commands of still later ticks are removed, so that the commands of another run
+    /// are given in their order.
+    pub fn command_at(&mut self, tick: u64, text: &str) -> Result<(), Vec<ScenarioError>> {
+        let refused = |cause| vec![ScenarioError { cause, place: None }];
+        if tick >= self.end {
+            return Err(refused(ScenarioCause::RunIsOver));
         }
         let action = self.setup.scenario.command(text)?;
-        let refused = |cause| vec![ScenarioError { cause, place: None }];
         match &action {
             WorldChange::Load { robots, script, .. } => {
                 let with_script = self.setup.with_script(robots, script);
@@ -225,7 +230,7 @@ impl Simulation {
             }
             _ => {}
         }
-        self.event_queue.command(self.world.now(), text, action);
+        self.event_queue.command(tick.max(self.now()), text, action);
         Ok(())
     }
 

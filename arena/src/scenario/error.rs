@@ -66,6 +66,8 @@ pub enum ScenarioCause {
     MovableNotDisc,
     /// A movable disc that reaches into something else at the start.
     MovableBarred { at: String, radius: String, barrier: String },
+    /// A command to a run that has ended.
+    RunIsOver,
     /// A time after the end of the run.
     AfterEnd { key: &'static str, duration: String },
     /// A time in seconds between two ticks, and the nearest times at ticks.
@@ -202,6 +204,9 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::MovableNotDisc => write!(f, "only a disc can be movable"),
             ScenarioCause::MovableBarred { at, barrier, .. } => {
                 write!(f, "the movable disc at {at} would stand in {barrier}")
+            }
+            ScenarioCause::RunIsOver => {
+                write!(f, "the run is over, so that nothing can change any more")
             }
             ScenarioCause::AfterEnd { key, .. } => write!(f, "`{key}` is not within the run"),
             ScenarioCause::BetweenTicks { key, value, .. } => {
@@ -356,6 +361,9 @@ impl toml_reader::Cause for ScenarioCause {
             ScenarioCause::MovableBarred { radius, .. } => Some(format!(
                 "its radius is {radius} mm: move it, or make one of both smaller"
             )),
+            ScenarioCause::RunIsOver => {
+                Some("go back to an earlier time, or start the run again".to_owned())
+            }
             ScenarioCause::AfterEnd { duration, .. } => {
                 Some(format!("`duration` in [world] is {duration} s"))
             }
