@@ -1,28 +1,30 @@
-//! Requests of an editor: to show, check, run and write scripts.
+//! Requests of an editor: to show, check, run, load and write scripts.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use bittybuzz_arena::run::{Session, Setup};
-use bittybuzz_arena::scenario::{Group, ScenarioError};
+use bittybuzz_arena::run::{Session, Setup, Simulation};
+use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError, WorldChange};
 use serde_json::{Value, json};
 
 use crate::begin;
 use crate::compiler_message::CompilerMessage;
 use crate::controls::{self, Control};
-use crate::hand_in::TextFile;
+use crate::hand_in::{TextFile, seconds};
 use crate::page_event::{
-    BeganEvent, DiagnosticsEvent, PageEvent, RanEvent, ScriptEvent, ScriptText, WrittenEvent,
+    DiagnosticsEvent, PageEvent, RanEvent, ScriptEvent, ScriptText, WrittenEvent,
 };
-use crate::set_up::{set_up, text_of};
+use crate::request::Texts;
+use crate::set_up::{messages, set_up, text_of};
 use crate::words;
-use crate::workshop::{Drafts, groups_with, scripts};
+use crate::workshop::{Drafts, Text, groups_with, scripts};
 
 /// A reason why a text cannot be run.
 pub enum EditError {
     /// The request is not valid.
     Refused(String),
-    /// The compiler found errors.
-    Errors(DiagnosticsEvent),
+    /// The compiler found errors in the texts of these names.
+    Errors(Vec<String>, Vec<DiagnosticsEvent>),
     /// The session rejected the command.
     Command(Vec<ScenarioError>),
 }
@@ -35,13 +37,22 @@ impl From<String> for EditError {
 
 /// Returns the names of the scripts that a client may edit.
 pub fn names(setup: &Setup) -> Vec<String> {
-    scripts(setup).into_iter().map(|script| name_of(setup, script)).collect()
+    let scenario = &setup.scenario;
+    scripts(scenario).into_iter().map(|script| name_of(scenario, script)).collect()
+}
+
+/// Returns the texts with which the session began, without those that cannot be read any more.
+pub fn begun(drafts: &Drafts, setup: &Setup, scenario: &str) -> Texts {
+    let own = scripts(&setup.scenario).into_iter();
+    let own = own
+        .filter_map(|script| Some((name_of(&setup.scenario, script), drafts.begun(script).ok()?)));
+    own.chain([(name_of_scenario(drafts, setup), scenario.to_owned())]).collect()
 }
 
 /// Returns the controls of all scripts, at most one for each global.
 pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Control> {
     // A file that cannot be read any more has no controls; the editor shows the error.
-    let texts = scripts(setup).into_iter().filter_map(|script| drafts.text(script).ok());
+    let texts = scripts(&setup.scenario).into_iter().filter_map(|script| drafts.text(script).ok());
     let mut once: Vec<Control> = Vec::new();
     for control in texts.flat_map(|text| controls::read(&text)).flatten() {
         if once.iter().all(|other| other.name() != control.name()) {
@@ -53,7 +64,7 @@ pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Control> {
 
 /// Returns the name of the scenario, in the form of the scripts' names.
 pub fn name_of_scenario(drafts: &Drafts, setup: &Setup) -> String {
-    name_of(setup, drafts.workshop().scenario())
+    name_of(&setup.scenario, drafts.workshop().scenario())
 }
 
 /// Returns true if that is the name of the scenario.
@@ -73,7 +84,7 @@ pub fn show(
         false => {
             let script = find(setup, name)?;
             let text = drafts.text(&script)?;
-            let words = words::describe(groups_with(setup, &script));
+            let words = words::describe(groups_with(&setup.scenario, &script));
             (script, text, words)
         }
     };
@@ -89,13 +100,13 @@ pub fn check(drafts: &Drafts, setup: &Setup, name: &str, text: &str) -> Result<P
         return Ok(PageEvent::Diagnostics(diagnostics(name, "", errors.unwrap_or_default())));
     }
     let script = find(setup, name)?;
-    let (messages, _) = drafts.check(groups_with(setup, &script), &script, text);
+    let (messages, _) = drafts.check(groups_with(&setup.scenario, &script), &script, text);
     Ok(PageEvent::Diagnostics(diagnostics(name, text, messages)))
 }
 
 /// Loads a text into robots as a draft of a script. Returns the events about it. Without `ids` it
 /// is loaded into all robots with the script.
-pub fn run(
+pub fn load(
     drafts: &mut Drafts,
     session: &mut Session,
     (name, text): (&str, &str),
@@ -105,7 +116,7 @@ pub fn run(
     let setup = session.run().setup().clone();
     let script = find(&setup, name)?;
     let groups: Vec<&Group> = match ids {
-        None => groups_with(&setup, &script).collect(),
+        None => groups_with(&setup.scenario, &script).collect(),
         Some(ids) => setup.scenario.groups.iter().filter(|one| contains_any(one, ids)).collect(),
     };
     let robots = match ids {
@@ -115,40 +126,113 @@ pub fn run(
     let (messages, has_error) = drafts.check(groups.into_iter(), &script, text);
     let diagnostics = diagnostics(name, text, messages);
     if has_error {
-        return Err(EditError::Errors(diagnostics));
+        return Err(EditError::Errors(vec![name.to_owned()], vec![diagnostics]));
     }
-    let draft = name_of(&setup, &drafts.keep(&script, text));
+    let count = drafts.count();
+    let path = drafts.keep(&script, text);
+    let draft = name_of(&setup.scenario, &path);
     // JSON's notation of strings and numbers is valid TOML.
     let keep = if keep { "\nkeep = true" } else { "" };
     let command = format!("load = {robots}\nscript = {}{keep}", Value::from(draft.as_str()));
-    session.command(&command).map_err(EditError::Command)?;
+    if let Err(errors) = session.command(&command) {
+        // A text that robots never got is no draft.
+        drafts.truncate(count);
+        return Err(EditError::Command(errors));
+    }
+    drafts.loaded(&path);
     let quantities = begin::quantities(session.run().setup());
     let controls = controls(drafts, &setup);
     let ran = RanEvent { name: name.to_owned(), draft, quantities, controls };
     Ok([PageEvent::Diagnostics(diagnostics), PageEvent::Ran(ran)])
 }
 
-/// Prepares a session with a new text of the scenario, in which the last drafts replace the texts
-/// of their scripts. Returns the setup and the events for the client.
-pub fn begin(
-    drafts: &mut Drafts,
-    setup: &Setup,
-    text: &str,
-) -> Result<(Setup, Vec<PageEvent>), EditError> {
-    let name = name_of_scenario(drafts, setup);
-    let made = set_up(drafts.workshop(), text, &[], &drafts.last());
-    let made = made.map_err(|errors| EditError::Errors(diagnostics(&name, "", errors)))?;
-    drafts.begin();
-    let made = made.with_compiler(drafts.workshop().compiler());
-    Ok((made, vec![PageEvent::Began(BeganEvent { name })]))
+/// A run that starts again from the beginning.
+pub struct NewRun {
+    pub run: Simulation,
+    /// The text of the scenario.
+    pub scenario: String,
+    /// The events for the client, after the description of the world.
+    pub events: Vec<PageEvent>,
 }
 
-/// Sets up the scenario with the last drafts. `setting` is a key of the scenario, or a global, with
+/// Starts a run of the scenario from the beginning with new texts. `scenario` is the text of the
+/// scenario if `texts` has no other. Other scripts get their last drafts. If `keep_changes` is true,
+/// the commands of the earlier run act again at their times.
+pub fn begin(
+    drafts: &mut Drafts,
+    earlier: &Simulation,
+    scenario: &str,
+    texts: &Texts,
+    keep_changes: bool,
+) -> Result<NewRun, EditError> {
+    let name = name_of_scenario(drafts, earlier.setup());
+    let text = texts.get(&name).map_or(scenario, String::as_str);
+    let of_scenario =
+        |errors| EditError::Errors(vec![name.clone()], vec![diagnostics(&name, "", errors)]);
+    let parsed = drafts.workshop().parse(text, &[]);
+    let parsed = parsed.map_err(|errors| of_scenario(messages(&errors)))?;
+    let (mut own, mut found, mut wrong) = (drafts.last(), Vec::new(), Vec::new());
+    for script in scripts(&parsed) {
+        let name = name_of(&parsed, script);
+        let Some(text) = texts.get(&name) else { continue };
+        let (messages, has_error) = drafts.check(groups_with(&parsed, script), script, text);
+        found.push(diagnostics(&name, text, messages));
+        if has_error {
+            wrong.push(name);
+        }
+        own.retain(|(path, _)| path != script);
+        own.push((script.to_owned(), text.clone()));
+    }
+    if !wrong.is_empty() {
+        return Err(EditError::Errors(wrong, found));
+    }
+    let made = set_up(drafts.workshop(), text, &[], &own).map_err(of_scenario)?;
+    let seed = made.scenario.world.seed;
+    let made = made.with_compiler(drafts.workshop().compiler());
+    let run = Simulation::new(Arc::new(made), seed, 0);
+    let mut run = run.map_err(|error| EditError::Command(vec![error]))?;
+    if keep_changes {
+        repeat(&mut run, earlier)?;
+    }
+    drafts.begin(own);
+    let mut events: Vec<PageEvent> = found.into_iter().map(PageEvent::Diagnostics).collect();
+    events.push(PageEvent::Began);
+    Ok(NewRun { run, scenario: text.to_owned(), events })
+}
+
+/// Queues the commands of an earlier run again. Scripts that were loaded during that run are left
+/// out, because the new run has the texts of the client from its start.
+fn repeat(run: &mut Simulation, earlier: &Simulation) -> Result<(), EditError> {
+    for (tick, text) in earlier.command_list() {
+        if is_load(earlier, text) {
+            continue;
+        }
+        if let Err(errors) = run.command_at(tick, text) {
+            let reasons: Vec<String> = errors.iter().map(ToString::to_string).collect();
+            return Err(EditError::Refused(format!(
+                "your change `{}` at {} s does not fit: {}; run without your changes",
+                text.replace('\n', ", "),
+                seconds(tick),
+                reasons.join("; "),
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Returns true if a command of a run loads a script.
+fn is_load(run: &Simulation, command: &str) -> bool {
+    let change = run.setup().scenario.command(command);
+    matches!(change, Ok(WorldChange::Load { .. }))
+}
+
+/// Sets up the scenario with texts of scripts. `setting` is a key of the scenario, or a global, with
 /// its value. An error is a text for users.
 pub fn trial(
     drafts: &Drafts,
     scenario: &str,
     setting: Option<(&str, &str)>,
+    own: &[Text],
 ) -> Result<Setup, String> {
     let (mut text, mut values) = (scenario.to_owned(), Vec::new());
     match setting.map(|(key, value)| (key.trim(), value.trim())) {
@@ -163,14 +247,41 @@ pub fn trial(
             None => values.push(format!("{key}={value}")),
         },
     }
-    let made = set_up(drafts.workshop(), &text, &values, &drafts.last());
+    let made = set_up(drafts.workshop(), &text, &values, own);
     made.map_err(|errors| text_of(&errors).trim_end().to_owned())
 }
 
-/// Returns all scripts of a scenario for a hand-in.
-pub fn handed_in(drafts: &Drafts, setup: &Setup) -> Result<Vec<TextFile>, String> {
-    let file = |script: &Path| Ok(TextFile::new(name_of(setup, script), drafts.text(script)?));
-    scripts(setup).into_iter().map(file).collect()
+/// Returns the texts of all scripts with which the session began, for a hand-in. Fails with advice
+/// for the user if the run is not one of the texts that the client shows.
+pub fn handed_in(
+    drafts: &Drafts,
+    run: &Simulation,
+    scenario: &str,
+    shown: &Texts,
+) -> Result<Vec<Text>, String> {
+    let begun = begun(drafts, run.setup(), scenario);
+    let is_other =
+        |(name, text): &(&String, &String)| begun.get(*name).is_some_and(|ran| ran != *text);
+    if let Some((name, _)) = shown.iter().find(is_other) {
+        return Err(format!(
+            "`{name}` has not run as it is shown: press Run, then hand in what has run"
+        ));
+    }
+    if let Some((tick, _)) = run.command_list().find(|(_, text)| is_load(run, text)) {
+        let at = seconds(tick);
+        return Err(format!(
+            "a script was loaded during the run, at {at} s: press Run, which starts from the \
+             beginning, then hand in what has run"
+        ));
+    }
+    let text = |script: &Path| Ok((script.to_owned(), drafts.begun(script)?));
+    scripts(&run.setup().scenario).into_iter().map(text).collect()
+}
+
+/// Returns the texts of scripts as parts of a hand-in.
+pub fn files(setup: &Setup, texts: Vec<Text>) -> Vec<TextFile> {
+    let name = |script: &Path| name_of(&setup.scenario, script);
+    texts.into_iter().map(|(script, text)| TextFile::new(name(&script), text)).collect()
 }
 
 /// Writes a text to the file of a script. Returns the event about it.
@@ -188,7 +299,7 @@ pub fn write(
 /// Returns the scripts that a saved session needs in addition to the existing files.
 pub fn needed(drafts: &Drafts, setup: &Setup) -> Vec<ScriptText> {
     let script = |(path, text): (&Path, &str)| ScriptText {
-        name: name_of(setup, path),
+        name: name_of(&setup.scenario, path),
         text: text.to_owned(),
     };
     drafts.needed(setup).into_iter().map(script).collect()
@@ -201,13 +312,14 @@ fn diagnostics(name: &str, text: &str, diagnostics: Vec<CompilerMessage>) -> Dia
 }
 
 /// Returns the path of a script relative to the folder of the scenario.
-fn name_of(setup: &Setup, script: &Path) -> String {
-    script.strip_prefix(&setup.scenario.folder).unwrap_or(script).display().to_string()
+fn name_of(scenario: &Scenario, script: &Path) -> String {
+    script.strip_prefix(&scenario.folder).unwrap_or(script).display().to_string()
 }
 
 /// Finds the script of that name. A client can read and write no other files.
 fn find(setup: &Setup, name: &str) -> Result<PathBuf, String> {
-    let found = scripts(setup).into_iter().find(|script| name_of(setup, script) == name);
+    let mut known = scripts(&setup.scenario).into_iter();
+    let found = known.find(|script| name_of(&setup.scenario, script) == name);
     found.map(Path::to_owned).ok_or_else(|| format!("no robot has the script `{name}`"))
 }
 

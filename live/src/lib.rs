@@ -17,7 +17,7 @@
 //! # Requests
 //! | Request | Effect |
 //! |---|---|
-//! | `{"play":{"rate":2}}` | run at `rate` times real time, 0.1 to 1000; without it unlimited |
+//! | `{"play":{"rate":2}}` | run at `rate` times real time, 0.1 to 1000; without it unlimited. At its end the run starts again at the beginning |
 //! | `"pause"` | pause |
 //! | `{"step":{"ticks":1}}` | run for this number of ticks, then pause |
 //! | `{"go_to":{"tick":100}}` | go to a tick, back or forward, and pause |
@@ -28,11 +28,12 @@
 //! | `"scenario"` | an event has the scenario with all commands as its last events: it replays the session |
 //! | `{"script":{"name":"walk.bzz"}}` | an event has the text of a script, and the names that it may use |
 //! | `{"check":{"name":"walk.bzz","text":"…"}}` | an event has the compiler's messages about a text in the place of the script |
-//! | `{"run":{"name":"walk.bzz","text":"…","robots":[3],"keep":true}}` | the robots with these ids get the text as a draft of the script, by a command; without `robots` all that have the script. With `keep` their globals keep numbers |
+//! | `{"run":{"texts":{"walk.bzz":"…"},"keep_changes":true}}` | the run starts again from the beginning with these texts of scripts and of the scenario; with `keep_changes` the commands act again at their times |
+//! | `{"load":{"name":"walk.bzz","text":"…","robots":[3],"keep":true}}` | the robots with these ids get the text as a draft of the script, by a command; without `robots` all that have the script. With `keep` their globals keep numbers |
 //! | `{"write":{"name":"walk.bzz","text":"…"}}` | the text is written to the file of the script, if the client may |
 //! | `{"explain":{"code":"E0201"}}` | an event has the explanation of a message of the compiler, in Markdown |
 //! | `{"sweep":{"key":"medium.ir.loss","values":["0","0.3"],"seeds":5,"quantity":"led"}}` | trials next to the session: the scenario from its start with the last drafts, each value with that number of seeds; the key may be a global, as `global.JOIN` |
-//! | `{"hand_in":{"by":"Ada"}}` | a trial whose result is an event with a file for `bbz grade` |
+//! | `{"hand_in":{"by":"Ada","texts":{"walk.bzz":"…"}}}` | a trial whose result is an event with a file for `bbz grade`, if the run began with these texts |
 //! | `"stop_trials"` | trials that were not finished are given up |
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
 //!

@@ -4,14 +4,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bittybuzz_arena::output::recorder;
-use bittybuzz_arena::run::{Session, Setup, Simulation, TICKS_PER_SECOND, Verdict};
+use bittybuzz_arena::run::{Session, TICKS_PER_SECOND, Verdict};
 use bittybuzz_arena::scenario::{Quantity, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::Limits;
 
 use crate::begin;
 use crate::conditions;
-use crate::edit::{self, EditError};
+use crate::edit::{self, EditError, NewRun};
 use crate::events::{self, EventCollector};
 use crate::hand_in::{HandIn, TextFile};
 use crate::inspection;
@@ -21,7 +21,7 @@ use crate::page_event::{
     FailedEvent, InspectionEvent, PageEvent, ScenarioEvent, ScriptsDescription, StateEvent,
     TrialsEvent,
 };
-use crate::request::Request;
+use crate::request::{Request, Texts};
 use crate::samples::Samples;
 use crate::source::Source;
 use crate::trials::{self, TrialPurpose, Trials, Variant};
@@ -33,6 +33,8 @@ use crate::workshop::{Drafts, Workshop};
 const INSPECTION_LIMITS: Limits = Limits { depth: 4, values: 500 };
 
 const NO_TRIALS: &str = "this session has no trials";
+
+const NOT_EDITED: &str = "scripts of this session cannot be edited";
 
 /// A session that a client controls and watches.
 pub struct Live {
@@ -94,12 +96,18 @@ impl Live {
 
     fn execute(&mut self, request: Request, now: Duration) {
         match request {
-            Request::Play { rate: None } => self.pace = Pace::Unlimited,
-            Request::Play { rate: Some(rate) } if RATES.contains(&rate) => {
-                self.pace = Pace::Rate { rate, since: now, from: self.session.run().now() };
-            }
-            Request::Play { rate: Some(rate) } => {
+            Request::Play { rate: Some(rate) } if !RATES.contains(&rate) => {
                 return self.refuse(&Pace::refusal(rate), None);
+            }
+            Request::Play { rate } => {
+                if self.session.run().is_over()
+                    && let Err(error) = self.session.go_to(0)
+                {
+                    return self.refuse(&error.to_string(), None);
+                }
+                self.pace = Pace::play(rate, now, self.session.run().now());
+                self.add_verdicts();
+                self.add_conditions();
             }
             Request::Pause => self.pace = Pace::Paused,
             Request::Step { ticks } => self.pace = Pace::Steps(ticks),
@@ -159,8 +167,8 @@ impl Live {
                 let sweep = sweep.and_then(|quantity| self.sweep(key, values, seeds, quantity));
                 return self.start_trials(sweep);
             }
-            Request::HandIn { by } => {
-                let hand_in = self.hand_in(by);
+            Request::HandIn { by, texts } => {
+                let hand_in = self.hand_in(by, &texts);
                 return self.start_trials(hand_in);
             }
             Request::StopTrials => {
@@ -168,21 +176,13 @@ impl Live {
                 self.events.push(PageEvent::Trials(TrialsEvent { percent: 100 }));
                 return;
             }
-            Request::Run { name, text, robots, keep } => {
-                let mut scenario = None;
+            Request::Run { texts, keep_changes } => return self.restart(&texts, keep_changes),
+            Request::Load { name, text, robots, keep } => {
                 self.edit(|drafts, session| {
-                    if edit::is_scenario(drafts, session.run().setup(), &name) {
-                        let (setup, events) = edit::begin(drafts, session.run().setup(), &text)?;
-                        scenario = Some(setup);
-                        return Ok(events);
-                    }
-                    let ran = edit::run(drafts, session, (&name, &text), robots.as_deref(), keep)?;
+                    let ran = edit::load(drafts, session, (&name, &text), robots.as_deref(), keep)?;
                     Ok(ran.to_vec())
                 });
-                return match scenario {
-                    Some(setup) => self.restart(setup, text),
-                    None => self.add_conditions(),
-                };
+                return self.add_conditions();
             }
             Request::Write { name, text } => {
                 return self.edit(|drafts, session| {
@@ -219,17 +219,25 @@ impl Live {
         &mut self,
         act: impl FnOnce(&mut Drafts, &mut Session) -> Result<Vec<PageEvent>, EditError>,
     ) {
-        let Some(drafts) = &mut self.drafts else {
-            return self.refuse("scripts of this session cannot be edited", None);
-        };
+        let Some(drafts) = &mut self.drafts else { return self.refuse(NOT_EDITED, None) };
         match act(drafts, &mut self.session) {
             Ok(events) => self.events.extend(events),
-            Err(EditError::Refused(reason)) => self.refuse(&reason, None),
-            Err(EditError::Errors(diagnostics)) => {
-                self.events.push(PageEvent::Diagnostics(diagnostics));
-                self.refuse("the script has errors: the robots go on with what they have", None);
+            Err(error) => self.refuse_edit(error),
+        }
+    }
+
+    fn refuse_edit(&mut self, error: EditError) {
+        match error {
+            EditError::Refused(reason) => self.refuse(&reason, None),
+            EditError::Errors(names, found) => {
+                self.events.extend(found.into_iter().map(PageEvent::Diagnostics));
+                let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+                let have = if names.len() == 1 { "has" } else { "have" };
+                let names = names.join(" and ");
+                let text = format!("{names} {have} errors: the robots go on with what they have");
+                self.refuse(&text, None);
             }
-            Err(EditError::Command(errors)) => {
+            EditError::Command(errors) => {
                 errors.iter().for_each(|error| self.refuse_command(error));
             }
         }
@@ -286,23 +294,23 @@ impl Live {
         self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
     }
 
-    /// Restarts with a new text of the scenario.
-    fn restart(&mut self, setup: Setup, text: String) {
-        let seed = setup.scenario.world.seed;
-        let most = self.session.most_copies();
-        match Simulation::new(Arc::new(setup), seed, 0) {
-            Ok(run) => {
-                self.session = Session::new(run, most);
-                self.scenario = text;
+    /// Starts the run again from the beginning.
+    fn restart(&mut self, texts: &Texts, keep_changes: bool) {
+        let Some(drafts) = &mut self.drafts else { return self.refuse(NOT_EDITED, None) };
+        let run = self.session.run();
+        match edit::begin(drafts, run, &self.scenario, texts, keep_changes) {
+            Ok(NewRun { run, scenario, events }) => {
+                self.session = Session::new(run, self.session.most_copies());
+                self.scenario = scenario;
                 self.pace = Pace::Paused;
                 self.has_failed = false;
+                // Events of the earlier run come before the one that clears the page.
                 let before = std::mem::take(&mut self.events);
                 self.begin();
-                // The event of a new session clears the page, so it is sent before the events of
-                // the request.
-                self.events.extend(before);
+                self.events.splice(0..0, before);
+                self.events.extend(events);
             }
-            Err(error) => self.refuse_command(&error),
+            Err(error) => self.refuse_edit(error),
         }
     }
 
@@ -331,7 +339,7 @@ impl Live {
         }
         let variants = values.into_iter().map(|value| {
             let setting = key.as_deref().zip(value.as_deref());
-            let setup = edit::trial(drafts, &self.scenario, setting)?;
+            let setup = edit::trial(drafts, &self.scenario, setting, &drafts.last())?;
             Ok(Variant { value, setup: Arc::new(setup) })
         });
         let variants = variants.collect::<Result<Vec<Variant>, String>>()?;
@@ -340,16 +348,17 @@ impl Live {
         Ok(Trials::new(TrialPurpose::Sweep(quantity), variants, seeds))
     }
 
-    /// Returns the trial whose result is handed in.
-    fn hand_in(&self, by: String) -> Result<Trials, String> {
+    /// Returns the trial whose result is handed in. `shown` are the texts that the client shows.
+    fn hand_in(&self, by: String, shown: &Texts) -> Result<Trials, String> {
         let drafts = self.drafts.as_ref().ok_or(NO_TRIALS)?;
-        let setup = edit::trial(drafts, &self.scenario, None)?;
+        let scripts = edit::handed_in(drafts, self.session.run(), &self.scenario, shown)?;
+        let setup = edit::trial(drafts, &self.scenario, None, &scripts)?;
         let scenario = &setup.scenario;
         let title = scenario.assignment.as_ref().map(|assignment| assignment.title.clone());
         let title = title.ok_or("the scenario has no [assignment]")?;
         let name = edit::name_of_scenario(drafts, &setup);
         let text = TextFile::new(name, self.scenario.clone());
-        let hand_in = HandIn::new(by, title, text, edit::handed_in(drafts, &setup)?);
+        let hand_in = HandIn::new(by, title, text, edit::files(&setup, scripts));
         let (seed, setup) = (scenario.world.seed, Arc::new(setup));
         let variant = Variant { value: None, setup };
         Ok(Trials::new(TrialPurpose::HandIn(Box::new(hand_in)), vec![variant], vec![seed]))
@@ -442,6 +451,7 @@ impl Source for Live {
             scenario: edit::name_of_scenario(drafts, setup),
             file: drafts.workshop().scenario().display().to_string(),
             may_write: drafts.may_write(),
+            begun: edit::begun(drafts, setup, &self.scenario),
         });
         let controls = self.drafts.as_ref().map(|drafts| edit::controls(drafts, setup));
         let begin = BeginEvent { scripts, controls, ..begin::describe(self.session.run()) };

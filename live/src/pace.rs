@@ -27,6 +27,14 @@ pub enum Pace {
 }
 
 impl Pace {
+    /// Returns the pace of a run that plays from a tick on. Without a rate it has no limit.
+    pub fn play(rate: Option<f64>, now: Duration, tick: u64) -> Pace {
+        match rate {
+            None => Pace::Unlimited,
+            Some(rate) => Pace::Rate { rate, since: now, from: tick },
+        }
+    }
+
     /// Returns the message for a rate outside the [`RATES`].
     pub fn refusal(rate: f64) -> String {
         format!("{rate} cannot be `rate`, which is from {} to {}", RATES.start(), RATES.end())

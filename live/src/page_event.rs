@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::compiler_message::CompilerMessage;
 use crate::controls::{Control, ControlProblem};
 use crate::inspection::MemoryDescription;
+use crate::request::Texts;
 use crate::words::Word;
 
 /// An event. In JSON, the key `event` has the name of the variant.
@@ -56,8 +57,8 @@ pub enum PageEvent {
     Trial(TrialEvent),
     /// A file to hand in.
     Result(ResultEvent),
-    /// The session restarted with a new text of the scenario.
-    Began(BeganEvent),
+    /// The run started from the beginning, as the client requested.
+    Began,
     /// A request was not carried out.
     Refused(RefusedEvent),
     /// The run cannot go on.
@@ -241,6 +242,8 @@ pub struct ScriptsDescription {
     pub file: String,
     /// True if the client may write scripts to their files.
     pub may_write: bool,
+    /// The texts with which the run began. A script that cannot be read any more is missing.
+    pub begun: Texts,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -484,13 +487,12 @@ pub struct ResultEvent {
     pub name: String,
     /// The content of the file.
     pub text: String,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct BeganEvent {
-    /// The name of the scenario.
-    pub name: String,
+    /// The number of expectations that held.
+    pub held: usize,
+    /// The number of expectations.
+    pub count: usize,
+    /// True if every expectation held, and no script had an unexpected fault.
+    pub success: bool,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

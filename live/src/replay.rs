@@ -229,12 +229,14 @@ impl Source for Replay<'_> {
 
     fn request(&mut self, text: &str, now: Duration) {
         match serde_json::from_str(text) {
-            Ok(Request::Play { rate: None }) => self.pace = Pace::Unlimited,
-            Ok(Request::Play { rate: Some(rate) }) if RATES.contains(&rate) => {
-                self.pace = Pace::Rate { rate, since: now, from: self.shown.tick };
-            }
-            Ok(Request::Play { rate: Some(rate) }) => {
+            Ok(Request::Play { rate: Some(rate) }) if !RATES.contains(&rate) => {
                 return self.refuse(&Pace::refusal(rate));
+            }
+            Ok(Request::Play { rate }) => {
+                if self.next.is_none() {
+                    self.go_to(0);
+                }
+                self.pace = Pace::play(rate, now, self.shown.tick);
             }
             Ok(Request::Pause) => self.pace = Pace::Paused,
             Ok(Request::Step { ticks }) => {

@@ -1,6 +1,11 @@
 //! Requests of a client.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
+
+/// Texts of scripts and of the scenario by their names, relative to the folder of the scenario.
+pub type Texts = BTreeMap<String, String>;
 
 /// A request. It is written as its name, or as an object with its name as the only key.
 // A key `do` next to the others would not work: serde would have to buffer those, and then fails to
@@ -9,7 +14,7 @@ use serde::Deserialize;
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
-    /// Runs the session.
+    /// Runs the session. At the end of the run it starts again at the beginning.
     Play {
         /// The speed as a multiple of real time; `None` is as fast as possible.
         #[cfg_attr(test, ts(optional))]
@@ -59,8 +64,17 @@ pub enum Request {
         name: String,
         text: String,
     },
-    /// Loads a text into robots as their script.
+    /// Starts the run again from the beginning with these texts.
     Run {
+        /// The texts that the client shows. A text that is not given stays as it is; that of a script
+        /// which no robot has is ignored.
+        texts: Texts,
+        /// True if the session's commands act again at their times, except those that load scripts.
+        #[serde(default)]
+        keep_changes: bool,
+    },
+    /// Loads a text into robots as their script at the present tick.
+    Load {
         /// The script of which the text is a draft.
         name: String,
         text: String,
@@ -97,10 +111,13 @@ pub enum Request {
         /// The quantity that is measured at the end of each trial, written as in `plot`.
         quantity: Option<String>,
     },
-    /// Runs the scripts to the end of the scenario. The result is an event with a file to hand in.
+    /// Runs the texts of the run from the start to the end of the scenario. The result is an event
+    /// with a file to hand in.
     HandIn {
         /// The name of the person who hands it in.
         by: String,
+        /// The texts that the client shows. If the run is not one of these texts, nothing is handed in.
+        texts: Texts,
     },
     /// Cancels the trials that have not finished.
     StopTrials,

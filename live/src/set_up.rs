@@ -65,7 +65,7 @@ fn program(
 }
 
 /// Returns the mistakes of a scenario as messages.
-fn messages(errors: &[ScenarioError]) -> Vec<CompilerMessage> {
+pub fn messages(errors: &[ScenarioError]) -> Vec<CompilerMessage> {
     errors.iter().map(CompilerMessage::of_scenario).collect()
 }
 

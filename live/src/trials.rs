@@ -99,8 +99,13 @@ impl Trials {
             TrialPurpose::HandIn(hand_in) => {
                 let mut hand_in = (**hand_in).clone();
                 hand_in.complete(run);
-                let name = hand_in.file_name().display().to_string();
-                PageEvent::Result(ResultEvent { name, text: hand_in.text() })
+                PageEvent::Result(ResultEvent {
+                    name: hand_in.file_name().display().to_string(),
+                    text: hand_in.text(),
+                    held: hand_in.expectations.iter().filter(|one| one.held).count(),
+                    count: hand_in.expectations.len(),
+                    success: hand_in.success,
+                })
             }
         };
         events.push(result);

@@ -105,6 +105,14 @@ impl Drafts {
         (messages, has_error)
     }
 
+    /// Returns the text of a script with which the session began.
+    pub fn begun(&self, script: &Path) -> Result<String, String> {
+        let original = self.originals.iter().find(|(path, _)| path == script);
+        let draft = self.drafts.iter().find(|draft| draft.path == script);
+        let kept = original.map(|(_, text)| text).or(draft.map(|draft| &draft.text));
+        kept.map_or_else(|| self.workshop.read(script), |text| Ok(text.clone()))
+    }
+
     /// Stores a text as a draft of a script and returns its path. The first draft of `walk.bzz` is
     /// `walk.1.bzz`, unless this file exists. The same text gets no second draft.
     pub fn keep(&mut self, script: &Path, text: &str) -> PathBuf {
@@ -128,6 +136,21 @@ impl Drafts {
         path
     }
 
+    /// Returns the number of drafts.
+    pub fn count(&self) -> usize {
+        self.drafts.len()
+    }
+
+    /// Removes the drafts after the first `count` ones, which no robot runs.
+    pub fn truncate(&mut self, count: usize) {
+        self.drafts.truncate(count);
+    }
+
+    /// Makes the draft at a path the last one, because robots have loaded it.
+    pub fn loaded(&mut self, path: &Path) {
+        self.drafts.sort_by_key(|draft| draft.path == path);
+    }
+
     /// Returns the workshop.
     pub fn workshop(&self) -> &dyn Workshop {
         &*self.workshop
@@ -144,13 +167,16 @@ impl Drafts {
         last
     }
 
-    /// Prepares a new session, in which the last drafts replace the texts of their scripts from the
-    /// start.
-    pub fn begin(&mut self) {
-        let last = self.last();
-        last.iter().for_each(|(script, text)| self.workshop.keep(script, text));
+    /// Prepares a new session that begins with these texts of scripts.
+    pub fn begin(&mut self, mut texts: Vec<Text>) {
+        // A text that is the one of its file needs no draft, unless an earlier draft hides the file.
+        texts.retain(|(script, text)| {
+            let has_draft = self.drafts.iter().any(|draft| draft.script == *script);
+            has_draft || self.workshop.read(script).as_ref() != Ok(text)
+        });
+        texts.iter().for_each(|(script, text)| self.workshop.keep(script, text));
         let draft = |(script, text): Text| Draft { path: script.clone(), script, text };
-        self.drafts = last.into_iter().map(draft).collect();
+        self.drafts = texts.into_iter().map(draft).collect();
         self.originals.clear();
     }
 
@@ -176,9 +202,9 @@ impl Drafts {
 }
 
 /// Returns the scripts of a scenario, each once, without images and object files.
-pub fn scripts(setup: &Setup) -> Vec<&Path> {
+pub fn scripts(scenario: &Scenario) -> Vec<&Path> {
     let mut scripts: Vec<&Path> = Vec::new();
-    for (_, path) in setup.scenario.programs() {
+    for (_, path) in scenario.programs() {
         if path.extension().is_some_and(|extension| extension == "bzz") && !scripts.contains(&path)
         {
             scripts.push(path);
@@ -188,6 +214,9 @@ pub fn scripts(setup: &Setup) -> Vec<&Path> {
 }
 
 /// Returns the groups that run a script, from the start or after an event.
-pub fn groups_with<'a>(setup: &'a Setup, script: &'a Path) -> impl Iterator<Item = &'a Group> {
-    setup.scenario.programs().filter(move |(_, of)| *of == script).map(|(group, _)| group)
+pub fn groups_with<'a>(
+    scenario: &'a Scenario,
+    script: &'a Path,
+) -> impl Iterator<Item = &'a Group> {
+    scenario.programs().filter(move |(_, of)| *of == script).map(|(group, _)| group)
 }

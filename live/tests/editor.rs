@@ -159,6 +159,7 @@ fn scripts_are_named_from_the_folder_of_the_scenario() {
     let names = ["walk.bzz", "sub/own.bzz", "late.bzz"];
     let scripts = json!({
         "names": names, "scenario": "s.toml", "file": "x/s.toml", "may_write": false,
+        "begun": { "walk.bzz": SCRIPT, "sub/own.bzz": SCRIPT, "late.bzz": RED, "s.toml": SCENARIO },
     });
     assert_eq!(taken(&mut live)[0]["scripts"], scripts);
     let script = answer(&mut live, json!({ "script": { "name": "sub/own.bzz" } }));
@@ -207,7 +208,7 @@ fn each_message_is_listed_once_for_all_robot_types() {
 fn all_robots_with_the_script_get_the_draft() {
     let (mut live, _) = start(false);
     steps(&mut live, 3);
-    let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
+    let events = ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": RED } }));
     let ran = events.iter().find(|event| event["event"] == "ran").unwrap();
     // A file with the first name exists already.
     assert_eq!(ran["draft"], "walk.2.bzz");
@@ -219,7 +220,7 @@ fn all_robots_with_the_script_get_the_draft() {
     assert_eq!(script["text"], RED);
     // An equal text is the same draft, and a different text is a new one.
     for (text, draft) in [(RED, "walk.2.bzz"), (SCRIPT, "walk.3.bzz"), (RED, "walk.2.bzz")] {
-        let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": text } }));
+        let events = ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": text } }));
         assert!(events.iter().any(|event| event["draft"] == draft), "{draft}: {events:?}");
     }
 }
@@ -227,12 +228,12 @@ fn all_robots_with_the_script_get_the_draft() {
 #[test]
 fn selected_robots_run_the_draft_instead_of_any_script() {
     let (mut live, _) = start(false);
-    let request = json!({ "run": { "name": "walk.bzz", "text": RED, "robots": [7, 30] } });
+    let request = json!({ "load": { "name": "walk.bzz", "text": RED, "robots": [7, 30] } });
     ask(&mut live, request);
     steps(&mut live, 1);
     assert_eq!([0, 1, 2, 3].map(|robot| is_red(&live, robot)), [false, true, false, true]);
     // No robot has this id.
-    let request = json!({ "run": { "name": "walk.bzz", "text": RED, "robots": [99] } });
+    let request = json!({ "load": { "name": "walk.bzz", "text": RED, "robots": [99] } });
     let events = ask(&mut live, request);
     assert!(events.iter().any(|event| event["event"] == "refused"), "{events:?}");
 }
@@ -241,7 +242,7 @@ fn selected_robots_run_the_draft_instead_of_any_script() {
 fn a_script_with_errors_does_not_run() {
     let (mut live, _) = start(false);
     let events =
-        ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": "function step( {" } }));
+        ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": "function step( {" } }));
     let kinds: Vec<_> = events.iter().map(|event| event["event"].as_str().unwrap()).collect();
     assert_eq!(kinds, ["diagnostics", "refused"]);
     assert_eq!(live.session().run().commands(), "");
@@ -273,9 +274,9 @@ fn assert_replays(live: &mut Live) {
 fn a_saved_session_has_its_drafts() {
     let (mut live, _) = start(false);
     steps(&mut live, 4);
-    ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED, "robots": [6] } }));
+    ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": RED, "robots": [6] } }));
     steps(&mut live, 4);
-    ask(&mut live, json!({ "run": { "name": "sub/own.bzz", "text": format!("{RED}# other\n") } }));
+    ask(&mut live, json!({ "load": { "name": "sub/own.bzz", "text": format!("{RED}# other\n") } }));
     steps(&mut live, 92);
     let saved = answer(&mut live, json!("scenario"));
     let scripts = saved["scripts"].as_array().unwrap();
@@ -297,7 +298,7 @@ fn a_saved_session_has_the_first_text_of_a_script_that_was_written() {
     assert_eq!(saved["scripts"], json!([{ "name": "walk.bzz", "text": SCRIPT }]));
     assert_replays(&mut live);
     // The robots still run the first text; a draft of the written one is another script.
-    let events = ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
+    let events = ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": RED } }));
     assert!(events.iter().any(|event| event["event"] == "ran"), "{events:?}");
     steps(&mut live, 4);
     assert_replays(&mut live);
@@ -309,7 +310,7 @@ fn controls_are_those_of_the_last_texts() {
     assert_eq!(taken(&mut live)[0]["controls"], json!([]));
     let text = format!("# slider: r 1..9\n{RED}# button: 9\n");
     let events =
-        ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": text, "keep": true } }));
+        ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": text, "keep": true } }));
     assert_eq!(events[0]["problems"][0]["line"], 4);
     let ran = events.iter().find(|event| event["event"] == "ran").unwrap();
     assert_eq!(
@@ -342,6 +343,125 @@ fn of_kind(events: &[Value], kind: &str) -> Value {
     found.unwrap_or_else(|| panic!("no {kind}: {events:#?}")).clone()
 }
 
+/// A run that starts again has all texts that are shown, and nothing of the run before.
+#[test]
+fn a_run_starts_from_the_beginning_with_the_shown_texts() {
+    let (mut live, _) = start(false);
+    steps(&mut live, 5);
+    live.request(r#"{"command":{"text":"fail = 6"}}"#, Duration::ZERO);
+    ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": format!("{RED}# 2\n") } }));
+    steps(&mut live, 5);
+    let longer = SCENARIO.replace("duration = 10", "duration = 12");
+    // No robot has the last script, which is therefore left alone.
+    let texts =
+        json!({ "walk.bzz": RED, "sub/own.bzz": RED, "s.toml": longer, "secret.bzz": "wrong" });
+    let events = ask(&mut live, json!({ "run": { "texts": texts } }));
+    let kinds: Vec<_> = events.iter().map(|event| event["event"].as_str().unwrap()).collect();
+    assert_eq!(kinds, ["begin", "state", "diagnostics", "diagnostics", "began"]);
+    let begun = json!({ "walk.bzz": RED, "sub/own.bzz": RED, "late.bzz": RED, "s.toml": longer });
+    assert_eq!((&events[0]["scripts"]["begun"], &events[0]["end"]), (&begun, &json!(120)));
+    assert_eq!((live.session().run().now(), &*live.session().run().commands()), (0, ""));
+    steps(&mut live, 1);
+    assert_eq!([0, 1, 2, 3].map(|robot| is_red(&live, robot)), [true; 4]);
+    assert_replays(&mut live);
+    // The next run has the same texts without being told, and the first text of a script comes back.
+    steps(&mut live, 5);
+    ask(&mut live, json!({ "run": { "texts": { "sub/own.bzz": SCRIPT } } }));
+    steps(&mut live, 3);
+    assert_eq!([0, 1, 2, 3].map(|robot| is_red(&live, robot)), [true, true, true, false]);
+    assert_replays(&mut live);
+}
+
+/// At the end of a run, a learner presses Run with the right answer.
+#[test]
+fn a_run_starts_again_at_its_end() {
+    let (mut live, _) = start(false);
+    steps(&mut live, 1000);
+    let events = ask(&mut live, json!({ "run": { "texts": { "walk.bzz": RED } } }));
+    of_kind(&events, "began");
+    steps(&mut live, 1);
+    assert!(is_red(&live, 0));
+}
+
+#[test]
+fn changes_are_kept_if_asked_but_not_the_texts_that_were_loaded() {
+    let (mut live, _) = start(false);
+    let commands =
+        "[[event]]\nat = 0.3\nfail = 6\n\n[[event]]\nat = 0.7\nmove = 7\nto = [300, 200]\n\n";
+    steps(&mut live, 3);
+    live.request(r#"{"command":{"text":"fail = 6"}}"#, Duration::ZERO);
+    ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": format!("{RED}# 2\n") } }));
+    steps(&mut live, 4);
+    live.request(r#"{"command":{"text":"move = 7\nto = [300, 200]"}}"#, Duration::ZERO);
+    let run = json!({ "run": { "texts": { "walk.bzz": RED }, "keep_changes": true } });
+    let events = ask(&mut live, run);
+    of_kind(&events, "began");
+    let run = live.session().run();
+    assert_eq!((run.now(), &*run.commands()), (0, commands));
+    steps(&mut live, 3);
+    assert_eq!(is_red(&live, 0), true);
+    steps(&mut live, 17);
+    assert_replays(&mut live);
+    // They do not fit a world without these robots, or one that ends before.
+    for (old, new, reason) in [
+        ("first_id = 6", "first_id = 8", "your change `fail = 6` at 0.3 s does not fit: "),
+        ("duration = 10", "duration = 0.5", "your change `move = 7, to = [300, 200]` at 0.7 s"),
+    ] {
+        let text = SCENARIO.replace(old, new).replace("\nat = 9\n", "\nat = 0\n");
+        let run = json!({ "run": { "texts": { "s.toml": text }, "keep_changes": true } });
+        let refused = of_kind(&ask(&mut live, run), "refused");
+        assert!(refused["text"].as_str().unwrap().starts_with(reason), "{refused}");
+        assert_eq!(live.session().run().now(), 20, "the run goes on");
+    }
+}
+
+#[test]
+fn a_run_with_errors_changes_nothing() {
+    let (mut live, _) = start(false);
+    steps(&mut live, 3);
+    let texts = json!({ "walk.bzz": RED, "sub/own.bzz": "function step( {", "late.bzz": "x = )" });
+    let events = ask(&mut live, json!({ "run": { "texts": texts } }));
+    let refused = of_kind(&events, "refused");
+    let reason = "`sub/own.bzz` and `late.bzz` have errors: the robots go on with what they have";
+    assert_eq!(refused["text"], reason);
+    let wrong = events.iter().filter(|event| event["event"] == "diagnostics");
+    let wrong = wrong.map(|event| event["diagnostics"].as_array().unwrap().is_empty());
+    assert_eq!(wrong.collect::<Vec<_>>(), [true, false, false]);
+    // A world without room for its robots.
+    let crowded = SCENARIO.replace("[800, 600]", "[40, 40]");
+    let texts = json!({ "walk.bzz": RED, "s.toml": crowded });
+    of_kind(&ask(&mut live, json!({ "run": { "texts": texts } })), "refused");
+    assert_eq!(live.session().run().now(), 3);
+    for (name, text) in [("walk.bzz", SCRIPT), ("sub/own.bzz", SCRIPT), ("s.toml", SCENARIO)] {
+        let shown = answer(&mut live, json!({ "script": { "name": name } }));
+        assert_eq!(shown["text"], text);
+    }
+    steps(&mut live, 20);
+    assert_replays(&mut live);
+}
+
+#[test]
+fn a_text_that_no_robot_got_is_no_draft() {
+    let (mut live, _) = start(false);
+    steps(&mut live, 1000);
+    let events = ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": RED } }));
+    let refused = of_kind(&events, "refused");
+    assert_eq!(refused["text"], "the run is over, so that nothing can change any more");
+    let shown = answer(&mut live, json!({ "script": { "name": "walk.bzz" } }));
+    assert_eq!(shown["text"], SCRIPT);
+}
+
+/// An equal text is the same draft, also if another one was loaded in between.
+#[test]
+fn the_text_that_was_loaded_last_is_the_last_draft() {
+    let (mut live, _) = start(false);
+    for text in [RED, SCRIPT, RED] {
+        ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": text } }));
+        let shown = answer(&mut live, json!({ "script": { "name": "walk.bzz" } }));
+        assert_eq!(shown["text"], text);
+    }
+}
+
 #[test]
 fn an_edited_scenario_restarts_the_session() {
     let (mut live, _) = start(false);
@@ -354,13 +474,13 @@ fn an_edited_scenario_restarts_the_session() {
     assert_eq!((&found["column"], &found["end_column"]), (&json!(1), &json!(6)));
     // The wrong scenario does not run, and the session goes on.
     steps(&mut live, 3);
-    let events = ask(&mut live, json!({ "run": { "name": "s.toml", "text": wrong } }));
+    let events = ask(&mut live, json!({ "run": { "texts": { "s.toml": wrong } } }));
     of_kind(&events, "refused");
     assert_eq!(live.session().run().now(), 3);
     // A draft that robots run is the script of the next session from its start.
-    ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": RED } }));
+    ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": RED } }));
     let more = SCENARIO.replace("count = 2", "count = 3").replace("duration = 10", "duration = 20");
-    let events = ask(&mut live, json!({ "run": { "name": "s.toml", "text": more } }));
+    let events = ask(&mut live, json!({ "run": { "texts": { "s.toml": more } } }));
     assert_eq!(events[0]["event"], "begin");
     assert_eq!((&events[0]["end"], &events[0]["groups"][0]["count"]), (&json!(200), &json!(3)));
     of_kind(&events, "began");
@@ -374,7 +494,7 @@ fn an_edited_scenario_restarts_the_session() {
     let saved = answer(&mut live, json!("scenario"));
     assert_eq!(saved["scripts"], json!([{ "name": "walk.bzz", "text": RED }]));
     assert_replays(&mut live);
-    ask(&mut live, json!({ "run": { "name": "walk.bzz", "text": format!("{RED}# 2\n") } }));
+    ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": format!("{RED}# 2\n") } }));
     steps(&mut live, 20);
     assert_replays(&mut live);
 }

@@ -386,6 +386,57 @@ fn a_client_can_choose_from_quantities() {
 }
 
 #[test]
+fn a_run_that_is_played_at_its_end_starts_again() {
+    let mut live = live();
+    live.request(r#"{"command":{"text":"fail = 6"}}"#, ms(0));
+    live.request(r#"{"play":{}}"#, ms(0));
+    advance(&mut live, 1000, ms(0));
+    assert_eq!(now(&live), 100);
+    live.take_events();
+    live.request(r#"{"play":{"rate":1}}"#, ms(5000));
+    // The verdicts are open again, and the commands act again.
+    let all = taken(&mut live);
+    let open = |event: &&Value| event["event"] == "expectation" && event["verdict"] == "open";
+    assert_eq!(all.iter().filter(open).count(), 2, "{all:?}");
+    let state = json!({ "event": "state", "tick": 0, "plays": true, "rate": 1.0, "over": false });
+    assert_eq!(all.last(), Some(&state));
+    advance(&mut live, 1000, ms(5300));
+    assert_eq!(now(&live), 3);
+    assert!(live.session().run().commands().contains("fail = 6"));
+}
+
+/// Each command that the page can give is refused at the end with a sentence that says what to do.
+#[test]
+fn commands_at_the_end_are_refused_with_advice() {
+    let mut live = live();
+    live.request(r#"{"go_to":{"tick":100}}"#, ms(0));
+    let commands = [
+        "fail = 6",
+        "stop = 6",
+        "resume = 6",
+        "restart = 6",
+        "block = [6, \"all\"]",
+        "restore = [6, \"all\"]",
+        "move = 6\nto = [0, 0]",
+        "light = []",
+        "loss = 0.5",
+        "partition = [[6]]",
+        "heal = true",
+        "set = \"all\"\nglobal = \"n\"\nnumber = 3",
+        "load = 6\nscript = \"still.bzz\"",
+    ];
+    for command in commands {
+        live.take_events();
+        live.request(&json!({ "command": { "text": command } }).to_string(), ms(0));
+        let refused = events(&mut live, "refused");
+        let [refused] = &refused[..] else { panic!("{command}: {refused:?}") };
+        let text = "the run is over, so that nothing can change any more";
+        let help = "go back to an earlier time, or start the run again";
+        assert_eq!((&refused["text"], &refused["help"]), (&json!(text), &json!(help)));
+    }
+}
+
+#[test]
 fn an_invalid_request_is_refused_and_changes_nothing() {
     let mut live = live();
     live.take_events();

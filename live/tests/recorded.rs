@@ -132,6 +132,9 @@ fn a_recording_plays_by_the_clock_and_steps_by_samples() {
     );
     ask(&mut replay, json!({ "step": { "ticks": 4_000_000_000_u32 } }));
     assert_eq!(replay.tick(), 495);
+    // At its end it starts again.
+    ask(&mut replay, json!({ "play": { "rate": 1 } }));
+    assert_eq!(replay.tick(), 0);
 }
 
 #[test]

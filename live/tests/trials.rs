@@ -17,16 +17,13 @@ const SCENARIO: &str = "[world]\nsize = [400, 400]\nduration = 20\nseed = 5\n\n\
     [[expect]]\nwithin = 19\nvalue = \"global.best\"\nequals = 8\n\n\
     [assignment]\ntitle = \"The best\"\ntext = \"Agree on it.\"\n";
 
-fn shelf() -> Shelf {
+fn start() -> Live {
     let files = SharedFiles::default();
     files.add("x/s.toml", SCENARIO);
     files.add("x/best.bzz", SCRIPT);
-    Shelf::new(files, "x/s.toml".into())
-}
-
-fn start() -> Live {
-    let (run, text) = shelf().open(1).unwrap();
-    Live::new(Session::new(run, 10), text).with_workshop(shelf())
+    let shelf = Shelf::new(files, "x/s.toml".into());
+    let (run, text) = shelf.open(1).unwrap();
+    Live::new(Session::new(run, 10), text).with_workshop(shelf)
 }
 
 /// Returns a `goes_on` that allows one more tick per turn.
@@ -96,7 +93,7 @@ fn a_global_is_varied_and_the_last_draft_runs() {
     // With this draft, robots do not send their number.
     let silent = SCRIPT.replace("SEND > 0", "SEND > 9");
     live.request(
-        &json!({ "run": { "name": "best.bzz", "text": silent } }).to_string(),
+        &json!({ "load": { "name": "best.bzz", "text": silent } }).to_string(),
         Duration::ZERO,
     );
     assert_eq!(verdicts(&finish(&mut live, request)), ["failed", "failed"]);
@@ -145,16 +142,17 @@ fn trials_are_canceled() {
 #[test]
 fn a_hand_in_contains_all_that_a_second_run_needs() {
     let mut live = start();
-    // Earlier commands to the session do not count, but the draft does.
+    // Commands to the session do not count, but the text does.
     let text = SCRIPT.replace("SEND = 1", "SEND = 2");
-    live.request(
-        &json!({ "run": { "name": "best.bzz", "text": text } }).to_string(),
-        Duration::ZERO,
-    );
+    let texts = json!({ "best.bzz": text });
+    live.request(&json!({ "run": { "texts": texts } }).to_string(), Duration::ZERO);
     live.request("{\"command\":{\"text\":\"fail = 8\"}}", Duration::ZERO);
-    let events = finish(&mut live, json!({ "hand_in": { "by": "Ada / L." } }));
+    let request = json!({ "hand_in": { "by": "Ada / L.", "texts": texts } });
+    let events = finish(&mut live, request);
     let result = of_kind(&events, "result")[0];
     assert_eq!(result["name"], "the-best-ada---l.json");
+    let verdict = json!([result["held"], result["count"], result["success"]]);
+    assert_eq!(verdict, json!([1, 1, true]));
     let read = HandIn::read(result["text"].as_str().unwrap()).unwrap();
     assert_eq!((read.by.as_str(), read.assignment.as_str()), ("Ada / L.", "The best"));
     assert_eq!((read.seed, read.seconds, read.success), (5, 20.0, true));
@@ -172,6 +170,40 @@ fn a_hand_in_contains_all_that_a_second_run_needs() {
         run.tick().unwrap();
     }
     assert_eq!(read.digest, format!("{:016x}", run.digest()));
+}
+
+/// A text is handed in only if the run began with it.
+#[test]
+fn a_text_that_has_not_run_is_not_handed_in() {
+    let mut live = start();
+    let text = SCRIPT.replace("SEND = 1", "SEND = 0");
+    let hand_in = |text: &str| json!({ "hand_in": { "by": "Ada", "texts": { "best.bzz": text, "s.toml": SCENARIO } } });
+    let events = finish(&mut live, hand_in(&text));
+    let reason = "`best.bzz` has not run as it is shown: press Run, then hand in what has run";
+    assert_eq!((refusal(&events), of_kind(&events, "result").len()), (reason, 0));
+    // The text that has run is handed in with its verdict, although it solves nothing.
+    let run = json!({ "run": { "texts": { "best.bzz": text } } });
+    live.request(&run.to_string(), Duration::ZERO);
+    let events = finish(&mut live, hand_in(&text));
+    let result = of_kind(&events, "result")[0];
+    let verdict = json!([result["held"], result["count"], result["success"]]);
+    assert_eq!(verdict, json!([0, 1, false]));
+    // A text that was loaded in the middle of a run has not run from the start.
+    live.request(&json!({ "step": { "ticks": 5 } }).to_string(), Duration::ZERO);
+    live.advance(Duration::ZERO, &mut || true);
+    let load = json!({ "load": { "name": "best.bzz", "text": SCRIPT } });
+    live.request(&load.to_string(), Duration::ZERO);
+    for shown in [SCRIPT, &text] {
+        let events = finish(&mut live, hand_in(shown));
+        assert!(refusal(&events).contains("press Run"), "{}", refusal(&events));
+        assert!(of_kind(&events, "result").is_empty());
+    }
+    // A text that was loaded, and is no longer part of the run, is not handed in in its place.
+    live.request(&json!({ "go_to": { "tick": 2 } }).to_string(), Duration::ZERO);
+    live.request("{\"command\":{\"text\":\"fail = 8\"}}", Duration::ZERO);
+    let events = finish(&mut live, hand_in(&text));
+    let read = HandIn::read(of_kind(&events, "result")[0]["text"].as_str().unwrap()).unwrap();
+    assert_eq!((&*read.scripts[0].text, read.success), (&*text, false));
 }
 
 fn shelf_with(script: &str) -> Shelf {

@@ -54,8 +54,11 @@ def test_an_error_is_reported_explained_and_fixed(page):
     expect(page.locator("#explanation h2")).to_contain_text(name)
     page.locator("#explanation").get_by_role("button").click()
     # Robots go on with what they have.
-    page.click("#run")
-    expect(page.locator("#status")).to_contain_text("has errors")
+    for button in ["#run", "#load"]:
+        page.click(button)
+        expect(page.locator("#status")).to_have_text("`s.bzz` has errors: the robots go on with what they have")
+        page.click("#step")
+        expect(page.locator("#status")).to_have_text("")
     write(page, RED)
     expect(messages(page)).to_have_count(0)
 
@@ -79,9 +82,9 @@ def test_names_complete_with_their_help(page):
     expect(page.locator("#text .cm-completionInfo")).to_contain_text(re.compile(r"\w"))
 
 
-def test_all_robots_run_a_draft(page):
+def test_all_robots_load_a_draft(page):
     write(page, RED)
-    page.keyboard.press("Control+Enter")
+    page.keyboard.press("Control+Shift+Enter")
     expect(page.locator("#script-status")).to_have_text("The robots run s.1.bzz.")
     expect(page.locator("#play")).to_have_text("Pause")
     page.click("#play")
@@ -94,13 +97,13 @@ def test_all_robots_run_a_draft(page):
     expect(page.locator("#ground")).to_contain_text("s.1.bzz")
 
 
-def test_the_chosen_robot_alone_runs_a_draft_and_the_session_is_saved(page, tmp_path):
+def test_the_chosen_robot_alone_loads_a_draft_and_the_session_is_saved(page, tmp_path):
     go(page, 10)
     page.mouse.click(*place(page, 40, 0))
     robot(page, 7)
     write(page, "var other = 5\nshown = other\nfunction step() { shown = shown + 1 }\n")
     page.select_option("#run-on", label="on robot 7")
-    page.click("#run")
+    page.click("#load")
     expect(page.locator("#script-status")).to_have_text("The robots run s.1.bzz.")
     page.click("#play")
     go(page, 20)
@@ -151,7 +154,7 @@ def test_controls_set_globals(page):
     write(page, "# slider: level 1..50 step 1\n# switch: lit\n# button: go\n# slider: broken\nlevel = 20\nlit = 0\ngo = 0\n"
                 "function step() { led(lit) }\n")
     expect(messages(page)).to_contain_text(["a slider is written as"])
-    page.click("#run")
+    page.click("#load")
     slider = page.get_by_role("slider", name="level")
     expect(slider).to_have_value("20")
     expect(page.locator("#play")).to_have_text("Pause")
@@ -175,7 +178,7 @@ def test_controls_set_globals(page):
     write(page, "# slider: level 1..60 step 1\nlevel = 5\nfunction step() { }\n")
     go(page, 100)
     page.check("#keep")
-    page.click("#run")
+    page.click("#load")
     expect(page.get_by_role("checkbox", name="lit")).to_have_count(0)
     page.click("#play")
     page.click("#step")

@@ -136,9 +136,20 @@ def digest_in(page):
 
 def test_a_script_is_edited_and_runs(page):
     write(page, SCRIPT)
-    page.click("#run")
+    page.click("#load")
     expect(page.locator("#script-status")).to_have_text("The robots run gradient.1.bzz.")
     expect(page.locator("#play")).to_have_text("Pause")
+
+
+def test_a_script_runs_from_the_beginning_also_at_the_end(page, tmp_path):
+    page.locator("#rate").select_option("as fast as it can")
+    page.click("#play")
+    expect(page.locator("#clock")).to_have_text("120.0 s of 120.0 s")
+    write(page, SCRIPT)
+    page.click("#run")
+    expect(page.locator("#script-status")).to_have_text("The run has started from the beginning.")
+    expect(page.locator("#play")).to_have_text("Play")
+    assert digest_in(page) == digest_of_script(tmp_path)
 
 
 def test_a_link_has_the_script(page, tmp_path):
@@ -227,7 +238,7 @@ def test_an_assignment_is_shared_by_its_address(page, browser):
     page.keyboard.press("Delete")
     page.keyboard.insert_text(text.replace("Count the hops", "Hops of class 3"))
     page.click("#run")
-    expect(page.locator("#script-status")).to_contain_text("has begun anew")
+    expect(page.locator("#script-status")).to_have_text("The run has started from the beginning.")
     page.click("#link")
     expect(page.locator("#script-status")).to_contain_text("The address of this page has the text now")
     pupil = browser.new_page(viewport={"width": 1280, "height": 800})

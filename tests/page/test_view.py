@@ -1,5 +1,6 @@
 """A recording in the page of `bbz view`."""
 
+import re
 import subprocess
 import xml.etree.ElementTree
 
@@ -42,6 +43,12 @@ def test_a_recording_plays_and_steps_back(page):
     page.click("#play")
     at(page, 600)
     expect(page.locator("#status")).to_have_text("The run is over.")
+    # Played at its end, it starts again.
+    page.locator("#rate").select_option("0.1")
+    page.click("#play")
+    expect(page.locator("#clock")).to_contain_text(re.compile(r"^[0-4]\."))
+    page.click("#play")
+    expect(page.locator("#play")).to_have_text("Play")
     # Between two samples nothing is known.
     page.locator("#time").fill("148")
     at(page, 145)

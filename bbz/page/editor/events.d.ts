@@ -8,12 +8,6 @@ export type AssignmentDescription = { title: string,
  */
 text: string, };
 
-export type BeganEvent = { 
-/**
- * The name of the scenario.
- */
-name: string, };
-
 export type BeginEvent = { 
 /**
  * Present for a recording.
@@ -370,7 +364,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } & BeganEvent | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
@@ -468,6 +462,15 @@ name: string, } } | { "check": {
  */
 name: string, text: string, } } | { "run": { 
 /**
+ * The texts that the client shows. A text that is not given stays as it is; that of a script
+ * which no robot has is ignored.
+ */
+texts: { [key in string]: string }, 
+/**
+ * True if the session's commands act again at their times, except those that load scripts.
+ */
+keep_changes: boolean, } } | { "load": { 
+/**
  * The script of which the text is a draft.
  */
 name: string, text: string, 
@@ -507,7 +510,11 @@ quantity: string | null, } } | { "hand_in": {
 /**
  * The name of the person who hands it in.
  */
-by: string, } } | "stop_trials";
+by: string, 
+/**
+ * The texts that the client shows. If the run is not one of these texts, nothing is handed in.
+ */
+texts: { [key in string]: string }, } } | "stop_trials";
 
 export type ResultEvent = { 
 /**
@@ -517,7 +524,19 @@ name: string,
 /**
  * The content of the file.
  */
-text: string, };
+text: string, 
+/**
+ * The number of expectations that held.
+ */
+held: number, 
+/**
+ * The number of expectations.
+ */
+count: number, 
+/**
+ * True if every expectation held, and no script had an unexpected fault.
+ */
+success: boolean, };
 
 export type ScenarioEvent = { 
 /**
@@ -562,7 +581,11 @@ file: string,
 /**
  * True if the client may write scripts to their files.
  */
-may_write: boolean, };
+may_write: boolean, 
+/**
+ * The texts with which the run began. A script that cannot be read any more is missing.
+ */
+begun: { [key in string]: string }, };
 
 export type Slider = { 
 /**

@@ -10,6 +10,7 @@ export interface Parts {
     explanation: HTMLDialogElement;
     help: HTMLDialogElement;
     keep: HTMLInputElement;
+    "keep-changes": HTMLInputElement;
     messages: HTMLInputElement;
     rate: HTMLSelectElement;
     "run-on": HTMLSelectElement;

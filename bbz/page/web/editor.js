@@ -35,34 +35,40 @@ const theme = EditorView.theme({
 });
 
 /**
- * @import { BeganEvent, CompilerMessage, DiagnosticsEvent, ExplanationEvent, RanEvent, ScriptEvent, SuggestedEdit, Word, WrittenEvent } from "./events"
+ * @import { CompilerMessage, DiagnosticsEvent, ExplanationEvent, RanEvent, ScriptEvent, SuggestedEdit, Word, WrittenEvent } from "./events"
  * @import { Ask, Texts, World } from "./page"
  */
 
 /**
- * A script of a world. `opened` is the text that came from the session, `kept` the one that is in a file, and `ran` the one that
- * robots got last.
+ * A script of a world. `opened` is the text that came from the session, `kept` the one that is in a file, and `sent` are those that
+ * the session got from this page.
  * @typedef {{
- *   name: string, file: string, world: string | undefined, opened: string, kept: string, ran?: string, words: Word[], state: EditorState,
+ *   name: string, file: string, world: string | undefined, opened: string, kept: string, sent: Set<string>, words: Word[], state: EditorState,
  * }} Script
  */
 
 export class Editor {
-    // `ask(request)` asks the session, `onRun()` when robots have got another script, `chosen()` is the id of the chosen robot or null.
+    // `ask(request)` asks the session, `onRun()` when robots have got another script, `onText()` when a text has changed, `chosen()` is the
+    // id of the chosen robot or null.
     /**
      * @param {Ask} ask
      * @param {() => void} onRun
+     * @param {() => void} onText
      * @param {() => number | null} chosen
      */
-    constructor(ask, onRun, chosen) {
+    constructor(ask, onRun, onText, chosen) {
         this.ask = ask;
         this.onRun = onRun;
+        this.onText = onText;
         this.chosen = chosen;
         // The path of the scenario and its name.
         /** @type {string | undefined} */
         this.world = undefined;
         /** @type {string | undefined} */
         this.scenario = undefined;
+        // The texts with which the run began, by their names.
+        /** @type {Texts} */
+        this.begun = {};
         this.mayWrite = false;
         this.writes = false;
         /** @type {Texts} */
@@ -78,6 +84,7 @@ export class Editor {
         this.view = new EditorView({ root, parent: root });
         part("script-name").addEventListener("change", () => this.open(part("script-name").value));
         part("run").addEventListener("click", () => this.run());
+        part("load").addEventListener("click", () => this.load());
         part("write").addEventListener("click", () => this.write());
         inside(part("explanation"), "form").addEventListener("submit", () => this.view.focus());
         addEventListener("beforeunload", (event) => {
@@ -91,18 +98,23 @@ export class Editor {
     begin(world) {
         const { scripts } = world;
         this.keep();
-        const before = this.shown?.world === scripts?.file ? part("script-name").value : null;
+        const before = this.shown && this.shown.world === scripts?.file ? this.shown.name : null;
         // Scenarios have scripts of the same names, but in other folders.
         this.world = scripts?.file;
         this.scenario = scripts?.scenario;
+        this.begun = scripts?.begun ?? {};
         const names = scripts ? [...scripts.names, scripts.scenario] : [];
         part("tab-script").hidden = names.length === 0;
         this.mayWrite = scripts?.may_write ?? false;
         part("script-name").replaceChildren(...names.map((name) => new Option(name)));
-        this.shown = null;
-        if (names.length > 0) {
-            part("script-name").value = before !== null && names.includes(before) ? before : names[0];
-            this.open(part("script-name").value);
+        const name = before !== null && names.includes(before) ? before : names[0];
+        if (name === undefined || name !== before) {
+            this.shown = null;
+        }
+        if (name !== undefined) {
+            part("script-name").value = name;
+            // The names that it may use may be others now. What is typed meanwhile stays.
+            this.ask({ script: { name } });
         }
     }
 
@@ -125,24 +137,26 @@ export class Editor {
         if (part("script-name").value !== name) {
             return;
         }
-        const known = this.scripts.get(file) ?? { name, file, world: this.world, opened: text, kept: text, words, state: this.state(text, name === this.scenario) };
+        const known = this.scripts.get(file) ?? { name, file, world: this.world, opened: text, kept: text, sent: new Set(), words, state: this.state(text, name === this.scenario) };
         this.scripts.set(file, known);
-        this.shown = known;
         known.words = words;
-        this.view.setState(known.state);
+        if (this.shown !== known) {
+            this.shown = known;
+            this.view.setState(known.state);
+        }
         // The robots have an earlier text of this editor's, or one from elsewhere.
-        if (![known.opened, known.ran].includes(text)) {
+        if (known.opened !== text && !known.sent.has(text)) {
             // Another text came, for example by a link: `undo` brings the one before back.
             this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: text } });
             Object.assign(known, { opened: text, kept: text });
         }
         const isScenario = name === this.scenario;
-        part("run-on").hidden = isScenario;
-        /** @type {HTMLElement} */ (part("keep").parentElement).hidden = isScenario;
-        part("run").title = isScenario ? texts.beginHelp : texts.runHelp;
+        part("load").hidden = isScenario;
+        part("load-options").hidden = isScenario;
         this.showWrite(name);
         this.take();
         this.check();
+        this.onText();
     }
 
     /** @param {string} name */
@@ -179,6 +193,10 @@ export class Editor {
             this.run();
             return true;
         };
+        const load = () => {
+            this.load();
+            return true;
+        };
         return EditorState.create({
             doc,
             extensions: [
@@ -186,7 +204,7 @@ export class Editor {
                 highlightSelectionMatches(), lintGutter(), theme, syntaxHighlighting(colors), indentUnit.of("    "),
                 ...(isScenario ? [] : [buzz, autocompletion({ override: [completing(() => this.shown?.words ?? [])] })]),
                 keymap.of([
-                    { key: "Mod-Enter", run }, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...foldKeymap,
+                    { key: "Mod-Enter", run, shift: load }, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...foldKeymap,
                     ...completionKeymap, ...lintKeymap,
                 ]),
                 EditorView.contentAttributes.of({ "aria-label": texts.scriptText }),
@@ -213,6 +231,7 @@ export class Editor {
 
     typed() {
         part("script-status").textContent = "";
+        this.onText();
         clearTimeout(this.timer);
         this.timer = setTimeout(() => this.check(), PAUSE);
     }
@@ -228,13 +247,38 @@ export class Editor {
         }
     }
 
+    // The scripts of this world that were opened.
+    known() {
+        this.keep();
+        return [...this.scripts.values()].filter(({ world }) => world === this.world);
+    }
+
+    // The texts that are shown, by their names.
+    /** @returns {Texts} */
+    texts() {
+        return Object.fromEntries(this.known().map(({ name, state }) => [name, state.doc.toString()]));
+    }
+
+    // Tells whether a text is not the one with which the run began.
+    isChanged() {
+        return Object.entries(this.texts()).some(([name, text]) => this.begun[name] !== undefined && this.begun[name] !== text);
+    }
+
+    // The run starts from the beginning with all texts.
     run() {
-        if (this.shown) {
+        clearTimeout(this.timer);
+        this.known().forEach(({ sent, state }) => sent.add(state.doc.toString()));
+        this.ask({ run: { texts: this.texts(), keep_changes: part("keep-changes").checked } });
+    }
+
+    // Robots get the text while the run goes on.
+    load() {
+        if (this.shown && this.shown.name !== this.scenario) {
             clearTimeout(this.timer);
-            this.shown.ran = this.text;
+            this.shown.sent.add(this.text);
             const chosen = part("run-on").value === "one" ? this.chosen() : null;
             const robots = chosen === null ? {} : { robots: [chosen] };
-            this.ask({ run: { name: this.shown.name, text: this.text, ...robots, keep: part("keep").checked } });
+            this.ask({ load: { name: this.shown.name, text: this.text, ...robots, keep: part("keep").checked } });
         }
     }
 
@@ -244,10 +288,9 @@ export class Editor {
         this.onRun();
     }
 
-    // Another text of the scenario.
-    /** @param {BeganEvent} event */
-    began({ name }) {
-        part("script-status").textContent = texts.began(name);
+    began() {
+        part("script-status").textContent = texts.began;
+        this.onRun();
     }
 
     write() {

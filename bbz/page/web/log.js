@@ -70,10 +70,20 @@ export class Log {
     }
 }
 
-/** @param {Expectation[]} expectations */
-export function showTests(expectations) {
+// `older` is the reason why the verdicts are not of the texts that are shown, or null.
+/**
+ * @param {Expectation[]} expectations
+ * @param {keyof typeof texts.older | null} older
+ */
+export function showTests(expectations, older) {
     const lines = expectations.map(({ verdict = "open", name, text }) => element("p", { class: verdict },
         element("b", {}, texts.verdicts[verdict]),
-        element("span", {}, name ? `${name}: ${text}` : text)));
+        element("span", {}, name ? `${name}: ${text}` : text, ...(older ? [element("small", {}, ` (${texts.ofOlder})`)] : []))));
     part("expectations").replaceChildren(...(lines.length > 0 ? lines : [element("p", { class: "none" }, texts.noTests)]));
+    const reason = older && lines.length > 0 ? texts.older[older] : "";
+    if (part("older").textContent !== reason) {
+        // A screen reader reads it only when it changes.
+        part("older").textContent = reason;
+    }
+    document.body.classList.toggle("older", older !== null);
 }

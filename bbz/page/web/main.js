@@ -56,8 +56,8 @@ const ground = new Ground(command, ask, () => view.beginCut());
 const controls = new Controls(command);
 const curve = new Curve(view);
 const display = new DisplayOptions(view, curve, watch);
-const editor = new Editor(ask, () => state.plays || play(), () => (view.chosen === null ? null : robots.ids[view.chosen]));
-const trials = new Trials(ask);
+const editor = new Editor(ask, () => state.plays || play(), () => showLights(), () => (view.chosen === null ? null : robots.ids[view.chosen]));
+const trials = new Trials(ask, () => editor.texts());
 const timeLine = new TimeLine(goTo);
 new Pointer(view, {
     onChoose: choose,
@@ -106,7 +106,6 @@ const handlers = {
         timeLine.begin(begun.end);
         begun.events.forEach((seconds) => timeLine.mark("event", seconds * begun.ticks_per_second, texts.eventAt(seconds)));
         log.clear();
-        showTests(begun.expectations);
         trials.begin(begun);
         // The playground has it in its list of examples.
         part("scenario").textContent = session.link ? "" : (begun.scripts?.scenario ?? "");
@@ -117,6 +116,7 @@ const handlers = {
         display.begin(begun);
         controls.begin(begun.controls ?? []);
         editor.begin(begun);
+        showLights();
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
         document.body.classList.toggle("recorded", Boolean(begun.recording));
         document.body.classList.toggle("watched", Boolean(begun.watched));
@@ -131,6 +131,10 @@ const handlers = {
     },
     state(event) {
         state = event;
+        if (event.tick < robots.tick) {
+            // The sample of that tick may be skipped.
+            log.forget(event.tick);
+        }
         showIcon("play", event.plays ? "pause" : "play", event.plays ? texts.pause : texts.play);
         const cut = world?.recording?.cut;
         showStatus(cut ? texts.cut(cut) : event.over ? (world?.watched ? texts.noMore : texts.over) : "");
@@ -154,6 +158,7 @@ const handlers = {
         if (world) {
             world.commands = event.commands;
         }
+        showLights();
         controls.follow(event.commands, robots.tick);
     },
     log(event) {
@@ -167,7 +172,7 @@ const handlers = {
     expectation({ number, verdict, tick }) {
         const expectations = world?.expectations ?? [];
         Object.assign(expectations[number], { verdict, tick });
-        showTests(expectations);
+        showLights();
         for (const kind of /** @type {("held" | "failed")[]} */ (["held", "failed"])) {
             timeLine.forget(kind, -1);
             expectations.filter((one) => one.verdict === kind)
@@ -193,8 +198,9 @@ const handlers = {
     },
     refused({ text, help }) {
         wanted = false;
-        trials.refused();
-        showStatus(help ? `${text} (${help})` : text);
+        const reason = help ? `${text} (${help})` : text;
+        trials.refused(reason);
+        showStatus(reason);
     },
     script(event) {
         editor.show(event);
@@ -217,8 +223,8 @@ const handlers = {
     written(event) {
         editor.written(event);
     },
-    began(event) {
-        editor.began(event);
+    began() {
+        editor.began();
     },
     trials(event) {
         trials.advanced(event);
@@ -250,6 +256,12 @@ const handlers = {
 /** @param {string} text */
 function showStatus(text) {
     part("status").textContent = defect || text;
+}
+
+// Lights are of the texts that are shown, or say that they are not.
+function showLights() {
+    const isLoaded = world?.commands.some(({ text }) => /^load\b/.test(text));
+    showTests(world?.expectations ?? [], isLoaded ? "loaded" : editor.isChanged() ? "edited" : null);
 }
 
 // A defect of bbz stays in sight.

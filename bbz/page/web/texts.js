@@ -1,7 +1,7 @@
 // All texts of the page.
 
 /**
- * @import { FaultPlace, MessageDescription, NeighborDescription } from "./events"
+ * @import { FaultPlace, MessageDescription, NeighborDescription, ResultEvent } from "./events"
  */
 
 const numberText = (/** @type {number} */ value) => (Number.isInteger(value) ? String(value) : value.toPrecision(4));
@@ -29,7 +29,8 @@ export const texts = {
         ["Shift + click", "on a robot: compares its curve with others"], ["c", "in the world: compares the chosen robot, or no more"],
         ["Shift + arrows", "in the world: moves the chosen robot by 10 mm"],
         ["Ctrl + arrows", "in the world in 3-D: turn and tilt it"],
-        ["Ctrl + Enter", "in the script: run it"],
+        ["Ctrl + Enter", "in the script: run from the beginning with the text"],
+        ["Shift + Ctrl + Enter", "in the script: load the text now, while the run goes on"],
         ["Arrows  +  −  0", "in the world: move the view, zoom, show all"],
     ],
 
@@ -88,13 +89,14 @@ export const texts = {
     scriptText: "text of the script", diagnostics: "messages of the compiler", help: "help",
     controlsOfScripts: "controls of the scripts",
     keep: "keep numbers", keepHelp: "Globals that hold numbers keep them, where the new text has numbers, too",
-    run: "Run", runHelp: "Robots get this text as their script (Ctrl + Enter)", ran: (/** @type {string} */ name) => `The robots run ${name}.`,
-    beginHelp: "The run begins anew with this text (Ctrl + Enter)",
+    run: "Run", runHelp: "Starts the run from the beginning with the texts of this editor (Ctrl + Enter)", began: "The run has started from the beginning.",
+    keepChanges: "keep my changes", keepChangesHelp: "Run: what you changed in the world happens again, at the same times",
+    load: "Load now", loadHelp: "Robots get this text as their script now, while the run goes on (Shift + Ctrl + Enter)",
+    loadOptions: "Load now:", ran: (/** @type {string} */ name) => `The robots run ${name}.`,
     runOn: "robots that run it", runOnAll: "on all that have it", runOnOne: (/** @type {number | null} */ id) => `on robot ${id}`,
     write: "Save", writeHelp: "Writes the text to its file", written: (/** @type {string} */ name) => `${name} is saved.`,
     download: "Download", downloadHelp: "Saves the text as a file",
     link: "Link", linkHelp: "An address of this page that has the text",
-    began: (/** @type {string} */ name) => `${name} has begun anew.`,
     linked: "The address of this page has the text now.", linkedAndCopied: "The address of this page has the text now, and is in the clipboard.",
     offered: "The script of the address does not run here: mend it.",
     badAddress: "the address has a script that cannot be read",
@@ -104,9 +106,24 @@ export const texts = {
 
     noLog: "Nothing was logged so far.", noTests: "The scenario expects nothing.",
     verdicts: { open: "open", held: "held", failed: "failed" },
+    ofOlder: "of an older text",
+    older: {
+        edited: "These lights are of an older text: the text in the editor has not run yet. Press Run in Script.",
+        loaded: "These lights are of an older text in part: a text was loaded during the run. Press Run in Script, which starts from the beginning.",
+    },
 
-    handIn: "Hand in", handInHelp: "Tries the scripts as they ran last, from the start, and saves a file with them and what came of it",
-    trying: "The scripts are tried …", by: "Your name", handedIn: (/** @type {string} */ name) => `${name} is saved: hand it in.`,
+    handIn: "Hand in", handInHelp: "Runs the texts of this run from the beginning, without your changes of the world, and saves a file with them and the verdict",
+    trying: "The scripts are tried …", by: "Your name",
+    /** @type {(result: ResultEvent) => string} */
+    handedIn: ({ name, held, count, success }) => {
+        const verdict = `${held} of ${count} held`;
+        if (success) {
+            return `${verdict}. ${name} is saved: hand it in.`;
+        }
+        return held === count
+            ? `${verdict}, but a script had an error (see Log): the assignment is not solved yet. ${name} is saved all the same.`
+            : `${verdict}: the assignment is not solved yet. ${name} is saved all the same.`;
+    },
     tryOut: "Try many times", sweepHelp: "The scenario from its start, beside this run: with the scripts as they ran last, and without your changes",
     vary: "Vary", varyNothing: "only chance", varyExample: "medium.ir.loss", values: "Values", valuesExample: "0, 0.1, 0.3",
     seeds: "Seeds for each", measure: "Show", start: "Start", stopTrials: "Stop", since: "true since, in s", expectation: "expectations",

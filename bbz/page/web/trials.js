@@ -9,7 +9,7 @@ const [WIDTH, HEIGHT, LEFT, BOTTOM] = [320, 150, 44, 18];
 
 /**
  * @import { AssignmentDescription, QuantityNames, ResultEvent, TrialEvent, TrialsEvent } from "./events"
- * @import { Ask, World } from "./page"
+ * @import { Ask, Texts, World } from "./page"
  */
 
 /**
@@ -18,9 +18,14 @@ const [WIDTH, HEIGHT, LEFT, BOTTOM] = [320, 150, 44, 18];
  */
 
 export class Trials {
-    /** @param {Ask} ask */
-    constructor(ask) {
+    // `textsOf()` are the texts that are shown, by their names.
+    /**
+     * @param {Ask} ask
+     * @param {() => Texts} textsOf
+     */
+    constructor(ask, textsOf) {
         this.ask = ask;
+        this.textsOf = textsOf;
         /** @type {World | null} */
         this.world = null;
         this.vary = element("input");
@@ -41,8 +46,9 @@ export class Trials {
 
     /** @param {World} world */
     begin(world) {
-        // An edited scenario restarts: the values of the form stay.
+        // The values of the form stay when the run starts again, and so do the trials of the same world.
         const before = this.form && Object.fromEntries(new FormData(this.form));
+        const isKept = sameTrials(this.world, world);
         this.world = world;
         this.showAssignment(world.assignment);
         part("trials").hidden = !world.scripts;
@@ -72,8 +78,10 @@ export class Trials {
         }
         this.form = form;
         this.progress = element("progress", { max: 100, value: 0, hidden: "" });
-        this.result = element("div");
-        this.done = [];
+        if (!isKept) {
+            this.result = element("div");
+            this.done = [];
+        }
         part("trials").replaceChildren(element("h3", {}, texts.tryOut), this.form, this.progress, this.result);
     }
 
@@ -83,15 +91,17 @@ export class Trials {
         if (!assignment) {
             return;
         }
-        const name = element("input", { type: "text", "aria-label": texts.by, placeholder: texts.by, autocomplete: "name", required: "" });
+        const keep = () => {
+            this.name = name.value;
+        };
+        const name = element("input", { type: "text", "aria-label": texts.by, placeholder: texts.by, autocomplete: "name", required: "", oninput: keep });
         name.value = this.name;
         const form = element("form", {
             class: "place",
             onsubmit: (event) => {
                 event.preventDefault();
-                this.name = name.value;
                 this.handed.textContent = texts.trying;
-                this.ask({ hand_in: { by: name.value } });
+                this.ask({ hand_in: { by: name.value, texts: this.textsOf() } });
             },
         }, name, element("button", { class: "main", title: texts.handInHelp }, texts.handIn));
         this.handed = element("p", { role: "status" });
@@ -191,17 +201,28 @@ export class Trials {
         save(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }), texts.tableAs);
     }
 
-    refused() {
+    /** @param {string} reason */
+    refused(reason) {
         if (this.handed.textContent === texts.trying) {
-            this.handed.textContent = "";
+            this.handed.textContent = reason;
         }
     }
 
     /** @param {ResultEvent} event */
-    handIn({ name, text }) {
-        save(new Blob([text], { type: "application/json" }), name);
-        this.handed.textContent = texts.handedIn(name);
+    handIn(event) {
+        save(new Blob([event.text], { type: "application/json" }), event.name);
+        this.handed.textContent = texts.handedIn(event);
     }
+}
+
+// Trials of both worlds are compared with the same expectations.
+/**
+ * @param {World | null} one
+ * @param {World} other
+ */
+function sameTrials(one, other) {
+    const expected = (/** @type {World | null} */ world) => JSON.stringify(world?.expectations.map(({ name, text }) => [name, text]));
+    return one !== null && one.scripts?.file === other.scripts?.file && expected(one) === expected(other);
 }
 
 /**

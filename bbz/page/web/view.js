@@ -107,6 +107,8 @@ export class View {
      * @param {Robots} robots
      */
     begin(world, robots) {
+        // A run that starts again is seen from the same place.
+        const isSame = this.world?.scripts?.file === world.scripts?.file && this.world?.size.join() === world.size.join();
         this.world = world;
         this.lights = world.lights;
         this.robots = robots;
@@ -118,8 +120,9 @@ export class View {
         this.chosen = known(this.chosen);
         this.compared = this.compared.map(known);
         this.hasFliers = false;
-        this.isFitted = true;
-        this.fit();
+        if (!isSame || this.isFitted) {
+            this.fit();
+        }
     }
 
     // Shows the whole world.
