@@ -46,18 +46,20 @@ fn results_run_again() {
     let verdicts: Vec<&str> =
         outcome.stdout.lines().map(|line| line.split(';').next().unwrap()).collect();
     let expected = [
-        "a.json: Ada: 5 of 5 held",
-        "    held    all: global.hops equals 0, at 29 s",
-        "    held    all: global.hops equals 1, at 29 s",
-        "    held    all: global.hops equals 9, at 29 s",
-        "    held    all: global.hops equals 1, at 120 s",
-        "    held    all: global.hops equals 9, at 120 s",
-        "b.json: Ben: 1 of 5 held",
-        "    held    all: global.hops equals 0, at 29 s",
-        "    FAILED  all: global.hops equals 1, at 29 s",
-        "    FAILED  all: global.hops equals 9, at 29 s",
-        "    FAILED  all: global.hops equals 1, at 120 s",
-        "    FAILED  all: global.hops equals 9, at 120 s",
+        "a.json: Ada: 6 of 6 held",
+        "    held    all: global.hops equals 0, always from 1 to 29.9 s",
+        "    held    all: global.hops equals 1, always from 10 to 29.9 s",
+        "    held    all: global.hops equals 9, always from 10 to 29.9 s",
+        "    held    all: global.hops equals 1, within 45 s",
+        "    held    6 or more: global.hops below 6, always from 60 to 120 s",
+        "    held    2 or more: global.hops equals 9, always from 80 to 120 s",
+        "b.json: Ben: 1 of 6 held",
+        "    held    all: global.hops equals 0, always from 1 to 29.9 s",
+        "    FAILED  all: global.hops equals 1, always from 10 to 29.9 s",
+        "    FAILED  all: global.hops equals 9, always from 10 to 29.9 s",
+        "    FAILED  all: global.hops equals 1, within 45 s",
+        "    FAILED  6 or more: global.hops below 6, always from 60 to 120 s",
+        "    FAILED  2 or more: global.hops equals 9, always from 80 to 120 s",
     ];
     assert_eq!(verdicts, expected);
     // The digest is that of the simulator.
@@ -99,13 +101,13 @@ fn results_that_differ_are_reported() {
         outcome.stderr
     );
     for part in [
-        "a.json: Ada: 5 of 5 held",
+        "a.json: Ada: 6 of 6 held",
         "note: the same scripts as d.json",
-        "b.json: Ben: 1 of 5 held",
+        "b.json: Ben: 1 of 6 held",
         "note: it went another way where it was handed in",
-        "c.json: Cid: 1 of 5 held",
+        "c.json: Cid: 1 of 6 held",
         "note: it was handed in with another scenario",
-        "d.json: Eve\u{fffd}[2J: 5 of 5 held",
+        "d.json: Eve\u{fffd}[2J: 6 of 6 held",
         "e.json: does not run",
         "its script `hops.bzz` was changed after it was handed in",
         "f.json: does not run",
@@ -155,8 +157,8 @@ fn scripts_include_files_of_the_assignment_alone() {
     for part in [
         "a.json: does not run\n    ./hops.bzz:1:1: there is no file",
         "b.json: does not run\n    ./hops.bzz:1:1: there is no file",
-        "c.json: Ada: 5 of 5 held",
-        "d.json: Ada: 5 of 5 held",
+        "c.json: Ada: 6 of 6 held",
+        "d.json: Ada: 6 of 6 held",
     ] {
         assert!(outcome.stdout.contains(part), "{part}:\n{}", outcome.stdout);
     }
@@ -194,7 +196,7 @@ fn a_folder_without_an_assignment_is_refused() {
     folder.write("other.toml", SCENARIO);
     folder.bbz(&["grade", "."]).fails_with(3, &["does not have one scenario", "--scenario FILE"]);
     let outcome = folder.bbz(&["grade", ".", "--scenario", "hops.toml"]);
-    assert!(outcome.stdout.contains("a.json: Ada: 5 of 5 held"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("a.json: Ada: 6 of 6 held"), "{}", outcome.stdout);
     // A mistake of the assignment is reported once.
     folder.write("other.toml", SCENARIO.replace("count = 30", "cuont = 30"));
     let outcome = folder.bbz(&["grade", ".", "--scenario", "other.toml"]);
