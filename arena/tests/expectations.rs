@@ -1,6 +1,6 @@
 //! An expectation of each kind holds and fails when it should.
 
-use crate::script::{folder, run, setup_errors};
+use crate::script::{folder, read, run, setup_errors};
 use bittybuzz_arena::run::Verdict;
 
 /// Robot n has n in `number`, a word in `word`, shows its number, and never assigns `nothing`. `steps` grows.
@@ -226,4 +226,38 @@ fn a_robot_without_a_model_is_refused() {
     let errors = setup_errors(&folder, &text);
     assert_eq!(errors.len(), 1);
     assert!(errors[0].to_string().contains("slots for the script"), "{}", errors[0]);
+}
+
+#[test]
+fn an_expectation_names_its_robots() {
+    let texts = |robots: &str, of: &str| {
+        let robots = if robots.is_empty() { String::new() } else { format!("robots = {robots}\n") };
+        let text = format!(
+            "[world]\nsize = [900, 900]\nduration = 2\n\
+             [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nname = \"workers\"\ncount = 20\n\
+             [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nname = \"lamps\"\ncount = 2\n\
+             [[expect]]\nat = 1\nvalue = \"led\"\n{robots}{of}equals = 4\n"
+        );
+        let folder = folder("named", &[("s.bzz", "")]);
+        read(&folder, &text).0.expects[0].to_string()
+    };
+    for (robots, of, expected) in [
+        ("", "", "all: led"),
+        ("\"all\"", "of = \"any\"\n", "any: led"),
+        ("3", "", "robot 3: led"),
+        ("[3]", "of = \"one\"\n", "robot 3: led"),
+        ("3", "of = \"none\"\n", "none of robot 3: led"),
+        ("[0, 2]", "", "all of robots 0, 2: led"),
+        ("[0x10, \"3 .. 5\"]", "of = 2\n", "2 or more of robots 16, 3 to 5: led"),
+        ("\"lamps\"", "of = \"any\"\n", "any of lamps: led"),
+        ("[7, \"lamps\", 9]", "of = \"agree\"\n", "agree, lamps, robots 7, 9: led"),
+        ("[7, \"lamps\"]", "of = \"mean\"\n", "mean of led of lamps, robot 7"),
+        (
+            "[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]",
+            "",
+            "all of robots 0, 1, 2, 3, 4, 5, 6, 7 and 2 more: led",
+        ),
+    ] {
+        assert_eq!(texts(robots, of), format!("{expected} equals 4, at 1 s"), "{robots} {of}");
+    }
 }

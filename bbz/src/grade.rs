@@ -16,6 +16,7 @@ use crate::output::ScriptOutput;
 use crate::problem::Problem;
 use crate::report::{self, printable};
 use crate::sim::desk::Desk;
+use crate::sim::summary::later;
 
 /// A reason why a folder cannot be graded.
 #[derive(Debug, thiserror::Error)]
@@ -261,11 +262,14 @@ fn lines(path: &Path, grade: &Grade, twins: &BTreeMap<Vec<&str>, Vec<&Path>>) ->
     let by = printable(&handed_in.by);
     let mut lines = vec![format!("{file}: {by}: {held} of {} held", here.expectations.len())];
     for one in &here.expectations {
-        lines.push(match (one.held, one.since) {
-            (true, Some(since)) => format!("    held    {}; since {since:.1} s", one.text),
-            (true, None) => format!("    held    {}", one.text),
-            (false, _) => format!("    FAILED  {}", one.text),
-        });
+        let name = one.name.as_ref().map_or(String::new(), |name| format!("{name}: "));
+        let verdict = if one.held { "held  " } else { "FAILED" };
+        let since = match (one.held_at, one.since) {
+            (Some(held), Some(since)) if held < since => format!("; {}", later(held, since)),
+            (Some(_), Some(since)) => format!("; since {since:.1} s"),
+            _ => String::new(),
+        };
+        lines.push(format!("    {verdict}  {name}{}{since}", one.text));
     }
     if !here.success && held == here.expectations.len() {
         lines.push("    FAILED  a script had an error".to_owned());

@@ -47,19 +47,19 @@ fn results_run_again() {
         outcome.stdout.lines().map(|line| line.split(';').next().unwrap()).collect();
     let expected = [
         "a.json: Ada: 6 of 6 held",
-        "    held    all: global.hops equals 0, always from 1 to 29.9 s",
-        "    held    all: global.hops equals 1, always from 10 to 29.9 s",
-        "    held    all: global.hops equals 9, always from 10 to 29.9 s",
-        "    held    all: global.hops equals 1, within 45 s",
-        "    held    6 or more: global.hops below 6, always from 60 to 120 s",
-        "    held    2 or more: global.hops equals 9, always from 80 to 120 s",
+        "    held    source: robot 1: global.hops equals 0, always from 1 to 29.9 s",
+        "    held    next: all of robots 0, 2, 3 to 5: global.hops equals 1, always from 10 to 29.9 s",
+        "    held    last: all of robots 27 to 29: global.hops equals 9, always from 10 to 29.9 s",
+        "    held    moved: all of robots 27 to 29: global.hops equals 1, within 45 s",
+        "    held    stays: 6 or more of robots 21 to 29: global.hops below 6, always from 60 to 120 s",
+        "    held    turned: 2 or more of robots 3 to 5: global.hops equals 9, always from 80 to 120 s",
         "b.json: Ben: 1 of 6 held",
-        "    held    all: global.hops equals 0, always from 1 to 29.9 s",
-        "    FAILED  all: global.hops equals 1, always from 10 to 29.9 s",
-        "    FAILED  all: global.hops equals 9, always from 10 to 29.9 s",
-        "    FAILED  all: global.hops equals 1, within 45 s",
-        "    FAILED  6 or more: global.hops below 6, always from 60 to 120 s",
-        "    FAILED  2 or more: global.hops equals 9, always from 80 to 120 s",
+        "    held    source: robot 1: global.hops equals 0, always from 1 to 29.9 s",
+        "    FAILED  next: all of robots 0, 2, 3 to 5: global.hops equals 1, always from 10 to 29.9 s",
+        "    FAILED  last: all of robots 27 to 29: global.hops equals 9, always from 10 to 29.9 s",
+        "    FAILED  moved: all of robots 27 to 29: global.hops equals 1, within 45 s",
+        "    FAILED  stays: 6 or more of robots 21 to 29: global.hops below 6, always from 60 to 120 s",
+        "    FAILED  turned: 2 or more of robots 3 to 5: global.hops equals 9, always from 80 to 120 s",
     ];
     assert_eq!(verdicts, expected);
     // The digest is that of the simulator.
@@ -68,6 +68,47 @@ fn results_run_again() {
     let graded = folder.bbz(&["grade", ".", "--json"]);
     assert!(graded.stdout.contains(&ada.digest), "{}", graded.stdout);
     assert!(simulated.stdout.contains(&ada.digest), "{}", simulated.stdout);
+}
+
+/// The LEDs are red from 1 s to 3 s, and again from 10.2 s on.
+#[test]
+fn an_expectation_that_held_early_names_its_own_time() {
+    let script = "n = 0\nfunction step() {\n  n = n + 1\n  led(0)\n  if(n >= 10 and n < 30) led(1)\n  if(n >= 101) led(1)\n}\n";
+    let scenario = "[assignment]\ntitle = \"Red\"\ntext = \"Be red.\"\n[world]\nsize = [400, 400]\nduration = 12\n\
+                    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 2\n\
+                    [[expect]]\nat = 2\nvalue = \"led\"\nequals = 1\n\
+                    [[expect]]\nat = 12\nvalue = \"led\"\nequals = 1\n\
+                    [[expect]]\nat = 5\nvalue = \"led\"\nequals = 1\n";
+    let folder = Folder::with("grade_times", "s.toml", scenario);
+    folder.write("s.bzz", script);
+    let files = SharedFiles::default();
+    files.add("s.toml", scenario);
+    files.add("s.bzz", script);
+    let (mut run, _) = Shelf::new(files, "s.toml".into()).open(1).unwrap();
+    while !run.is_over() {
+        run.tick().unwrap();
+    }
+    let file = |name: &str, text: &str| TextFile::new(name.to_owned(), text.to_owned());
+    let (of, scripts) = (file("s.toml", scenario), vec![file("s.bzz", script)]);
+    let mut result = HandIn::new("Ada".to_owned(), "Red".to_owned(), of, scripts);
+    result.complete(&mut run);
+    folder.write("a.json", result.text());
+    let graded = folder.bbz(&["grade", "."]);
+    let expected = [
+        "a.json: Ada: 2 of 3 held",
+        "    held    all: led equals 1, at 2 s; true at 2.0 s, and for good since 10.2 s",
+        "    held    all: led equals 1, at 12 s; since 10.2 s",
+        "    FAILED  all: led equals 1, at 5 s",
+    ];
+    assert_eq!(graded.stdout.lines().collect::<Vec<_>>(), expected);
+    let simulated = folder.bbz(&["sim", "s.toml", "--headless"]).stdout;
+    for line in [
+        "all: led equals 1, at 2 s; true at 2.0 s, and for good since 10.2 s\n",
+        "all: led equals 1, at 12 s; true for good since 10.2 s\n",
+        "all: led equals 1, at 5 s; true for good since 10.2 s\n",
+    ] {
+        assert!(simulated.contains(line), "{simulated}");
+    }
 }
 
 #[test]

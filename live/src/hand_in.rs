@@ -39,6 +39,8 @@ fn sha256(text: &str) -> String {
 /// The result of an expectation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExpectationVerdict {
+    /// The name of the expectation, if it has one.
+    pub name: Option<String>,
     /// The expectation in words.
     pub text: String,
     /// True if the expectation held.
@@ -46,6 +48,8 @@ pub struct ExpectationVerdict {
     /// The time in seconds since which its condition was true until the end; `None` if it was false
     /// at the end.
     pub since: Option<f64>,
+    /// The time in seconds at which it was decided that the expectation held; `None` if it failed.
+    pub held_at: Option<f64>,
 }
 
 /// Scripts that are handed in, and the results of their run.
@@ -106,9 +110,11 @@ impl HandIn {
         let expects = run.setup().scenario.expects.iter().zip(&summary.convergences);
         self.expectations = expects
             .map(|(expect, convergence)| ExpectationVerdict {
+                name: expect.name.clone(),
                 text: expect.to_string(),
                 held: convergence.verdict == Verdict::Held,
                 since: convergence.since.map(seconds),
+                held_at: convergence.held_at.map(seconds),
             })
             .collect();
     }

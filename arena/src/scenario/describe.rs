@@ -6,17 +6,25 @@ use super::expect::{Expect, ExpectedValue, Of, Test, WORDS, When};
 use super::value::Quantity;
 
 impl fmt::Display for Expect {
-    /// `all: led equals 4, within 10 s`
+    /// `all: led equals 4, within 10 s`, and `all of robots 0, 2: led equals 4, within 10 s` about
+    /// some of the robots
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.of {
-            _ if matches!(self.value, Quantity::Swarm(_)) => self.value.fmt(f)?,
-            Of::AtLeast(count) => write!(f, "{count} or more: {}", self.value)?,
-            of => {
+        let Expect { value, named_robots, .. } = self;
+        let of_robots = named_robots.as_ref().map_or(String::new(), |named| format!(" of {named}"));
+        match (self.of, named_robots) {
+            _ if matches!(value, Quantity::Swarm(_)) => write!(f, "{value}{of_robots}")?,
+            // One robot that is named is neither all nor any of several.
+            (Of::All | Of::Any | Of::One, Some(named)) if self.robots.count() == 1 => {
+                write!(f, "{named}: {value}")?;
+            }
+            (Of::AtLeast(count), _) => write!(f, "{count} or more{of_robots}: {value}")?,
+            (Of::Agree, Some(named)) => write!(f, "agree, {named}: {value}")?,
+            (of, _) => {
                 let word = WORDS.iter().find(|(_, known)| *known == of);
                 let (word, _) = word.expect("each rule without a number has a word");
                 match of {
-                    Of::Reduced(_) => write!(f, "{word} of {}", self.value)?,
-                    _ => write!(f, "{word}: {}", self.value)?,
+                    Of::Reduced(_) => write!(f, "{word} of {value}{of_robots}")?,
+                    _ => write!(f, "{word}{of_robots}: {value}")?,
                 }
             }
         }

@@ -21,6 +21,8 @@ pub struct Expect {
     pub when: When,
     /// The robots that the condition is about.
     pub robots: Selection,
+    /// These robots in the words of the file, such as `robots 0, 2`; `None` for all robots.
+    pub named_robots: Option<String>,
     /// The quantity of these robots.
     pub value: Quantity,
     /// The rule that combines the robots' values.
@@ -171,6 +173,8 @@ fn read(
 ) -> Option<Expect> {
     let when = when(section, duration);
     let robots = robot_index.selection(section, "robots");
+    let named_robots = section.get("robots").filter(|_| robots.is_some());
+    let named_robots = named_robots.and_then(|entry| robot_index.words(&entry));
     let of = robots_of_test(section);
     let test = match of {
         Some(Of::Agree) if TESTS.iter().all(|key| section.get(key).is_none()) => Some(None),
@@ -223,6 +227,7 @@ fn read(
         name,
         when: when?,
         robots: robots?,
+        named_robots,
         value,
         of,
         test,

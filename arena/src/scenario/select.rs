@@ -63,6 +63,9 @@ pub fn means_others(text: &str) -> bool {
 /// The largest number of groups that a message describes.
 const DESCRIBED_MAX: usize = 24;
 
+/// The largest number of groups and ids that the description of a selection names.
+const WORDS_MAX: usize = 8;
+
 /// The index of a scenario's robots by name and id.
 #[derive(Debug, Default)]
 pub struct RobotIndex {
@@ -250,6 +253,48 @@ impl RobotIndex {
             _ => self.add_item(entry, &mut ranges)?,
         }
         Some(Selection::from_ranges(ranges))
+    }
+
+    /// Returns the robots that a key selects in the words of the file, groups before ids: `workers`,
+    /// or `robots 0, 3 to 7`. Returns `None` if these are all robots.
+    pub fn words(&self, entry: &Entry<'_>) -> Option<String> {
+        let items = match entry.value {
+            DeValue::Array(_) => entry.list()?,
+            _ => vec![entry.clone()],
+        };
+        let (mut groups, mut ids) = (Vec::new(), Vec::new());
+        for item in &items {
+            match item.value {
+                DeValue::Integer(id) => {
+                    ids.push(u32::from_str_radix(id.as_str(), id.radix()).ok()?.to_string());
+                }
+                DeValue::String(text) if text == "all" => return None,
+                DeValue::String(text) if self.named(text).is_some() => {
+                    groups.push(text.to_string())
+                }
+                DeValue::String(text) => {
+                    let (first, last) = text.split_once("..")?;
+                    let (first, last) = (first.trim(), last.trim());
+                    ids.push(match first == last {
+                        true => first.to_owned(),
+                        false => format!("{first} to {last}"),
+                    });
+                }
+                _ => return None,
+            }
+        }
+        if let Some(first) = ids.first_mut() {
+            let is_one = items.len() == groups.len() + 1 && !first.contains(' ');
+            first.insert_str(0, if is_one { "robot " } else { "robots " });
+        }
+        groups.extend(ids);
+        let more = groups.len().saturating_sub(WORDS_MAX);
+        groups.truncate(WORDS_MAX);
+        let mut text = groups.join(", ");
+        if more > 0 {
+            text.push_str(&format!(" and {more} more"));
+        }
+        Some(text)
     }
 
     fn add_item(&self, item: &Entry<'_>, ranges: &mut Vec<Range<u32>>) -> Option<()> {

@@ -122,7 +122,11 @@ export class Trials {
     /** @param {World} world */
     measures({ expectations, quantities }) {
         /** @type {[string, HTMLOptionElement[]][]} */
-        const groups = [["since", expectations.map(({ name, text }, number) => new Option(name ?? text, `since ${number}`))]];
+        const groups = [["since", expectations.map(({ name, text, line }, number) => {
+            // Two expectations may differ in their tolerance alone.
+            const isUnique = expectations.filter((other) => (other.name ?? other.text) === (name ?? text)).length === 1;
+            return new Option(`${name ?? text}${isUnique ? "" : ` (${texts.line(line)})`}`, `since ${number}`);
+        })]];
         for (const [kind, names] of Object.entries(quantities)) {
             groups.push([kind, names.map((/** @type {string} */ name) => new Option(name, `end ${name}`))]);
         }

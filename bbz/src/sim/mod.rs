@@ -10,7 +10,7 @@ mod open;
 mod progress;
 mod recorder;
 mod source;
-mod summary;
+pub mod summary;
 mod table;
 #[cfg(feature = "view")]
 mod values;

@@ -118,8 +118,11 @@ fn source_place(
 }
 
 fn since(convergence: &Convergence) -> String {
-    let Convergence { verdict, first, since, failed_at, .. } = convergence;
+    let Convergence { verdict, first, since, held_at, failed_at, .. } = convergence;
     match (since, first, failed_at) {
+        (Some(since), ..) if let Some(held) = held_at.filter(|held| held < since) => {
+            later(seconds(held), seconds(*since))
+        }
         (Some(tick), ..) => format!("true for good since {:.1} s", seconds(*tick)),
         (None, _, Some(tick)) => format!("not true at {:.1} s, nor at the end", seconds(*tick)),
         (None, Some(tick), None) => {
@@ -128,6 +131,11 @@ fn since(convergence: &Convergence) -> String {
         (None, None, None) if *verdict == Verdict::Open => "not true so far".to_owned(),
         (None, None, None) => "never true".to_owned(),
     }
+}
+
+/// Describes a condition that was true when it had to be, and false for some time after that.
+pub fn later(held: f64, since: f64) -> String {
+    format!("true at {held:.1} s, and for good since {since:.1} s")
 }
 
 /// Returns the summary as a JSON object.
