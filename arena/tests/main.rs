@@ -40,6 +40,7 @@ mod movables;
 mod numbers;
 mod observer;
 mod pictures;
+mod post_mortems;
 mod recording;
 mod robots;
 mod scenario_document;

@@ -101,7 +101,7 @@ impl Observer for RecordingObserver {
                 self.fates.push((tick, robot, receiver));
             }
             EventKind::Log(line) => self.logs.push((robot, line.clone())),
-            EventKind::Fault(record) => self.faults.push((robot, record.clone())),
+            EventKind::Fault(found) => self.faults.push((robot, found.fault.clone())),
             EventKind::Call(call) => self.calls.push((tick, robot, call.clone())),
             EventKind::Sent(_) | EventKind::Postponed { .. } | EventKind::Unsent { .. } => {}
         }

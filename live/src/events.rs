@@ -27,8 +27,8 @@ impl Observer for EventCollector<'_> {
                 let text = text(self.setup, line);
                 self.events.push(PageEvent::Log(LogEvent { tick, robot, text }));
             }
-            EventKind::Fault(record) => {
-                self.events.push(PageEvent::Fault(fault(self.setup, robot, record)));
+            EventKind::Fault(found) => {
+                self.events.push(PageEvent::Fault(fault(self.setup, robot, &found.fault)));
             }
             EventKind::Received { receiver, .. } => {
                 self.watch.record(MessageFate::Received, robot, receiver)

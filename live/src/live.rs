@@ -61,7 +61,8 @@ pub struct Live {
 impl Live {
     /// Returns a paused session with the text of its scenario. Its first event describes the world.
     #[must_use]
-    pub fn new(session: Session, scenario: String) -> Self {
+    pub fn new(mut session: Session, scenario: String) -> Self {
+        session.keep_post_mortems();
         let conditions = conditions::describe(session.run());
         let mut live = Live {
             session,
@@ -301,6 +302,7 @@ impl Live {
         match edit::begin(drafts, run, &self.scenario, texts, keep_changes) {
             Ok(NewRun { run, scenario, events }) => {
                 self.session = Session::new(run, self.session.most_copies());
+                self.session.keep_post_mortems();
                 self.scenario = scenario;
                 self.pace = Pace::Paused;
                 self.has_failed = false;
@@ -418,8 +420,8 @@ impl Live {
         let run = self.session.run();
         let memory =
             run.inspect(robot, INSPECTION_LIMITS).map(|memory| inspection::describe(&memory));
-        let fault = run.last_fault(robot);
-        let fault = fault.map(|record| events::fault(run.setup(), robot, record));
+        let last = run.post_mortem(robot);
+        let fault = last.map(|last| events::fault(run.setup(), robot, &last.fault));
         self.events.push(PageEvent::Inspection(InspectionEvent {
             robot,
             tick: run.now(),

@@ -113,19 +113,19 @@ impl SimRobot {
     /// next completed step shows that the script has restarted.
     pub fn has_failed(&mut self, tick: u64, fault: Fault) {
         let record = self.state.record(tick, fault, vec![fault.position], None);
-        self.state.fail(record);
+        self.state.fail(record, None);
     }
 
     /// Handles a fault that stopped the script in firmware that also reports a restart.
     pub fn has_stopped(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
         let record = self.state.record(tick, fault, positions, None);
-        self.state.add_fault(FaultRecord { consequence: Consequence::Stop, ..record });
+        self.state.add_fault(FaultRecord { consequence: Consequence::Stop, ..record }, None);
     }
 
     /// Records a fault that ended a listener or a handler of the script.
     pub fn has_contained(&mut self, tick: u64, fault: Fault, positions: Vec<u16>) {
         let record = self.state.record(tick, fault, positions, None);
-        self.state.add_fault(record);
+        self.state.add_fault(record, None);
     }
 
     /// Records a fault that ended a listener or a handler of the script, unless a contained fault
@@ -221,6 +221,11 @@ impl SimRobot {
         self.state.memory.battery_mv = Some(millivolts);
     }
 
+    /// Keeps the content of the machine at each fault from now on.
+    pub fn keep_post_mortem(&mut self) {
+        self.state.last_fault.get_or_insert_default();
+    }
+
     /// Records events from now on, until [`take_seen`](Self::take_seen).
     pub(crate) fn watch(&mut self) {
         self.state.seen.get_or_insert_default();
@@ -287,9 +292,7 @@ impl SimRobot {
     /// are in the unit of another host.
     pub fn inspect(&self, symbols: Option<&Symbols>, limits: Limits) -> Option<Inspection> {
         let mut found = self.machine()?.inspect(symbols, limits);
-        for [distance, ..] in found.neighbors.iter_mut().filter_map(|known| known.place.as_mut()) {
-            *distance *= self.state.context.neighbor_unit_mm;
-        }
+        self.state.context.neighbors_to_mm(&mut found);
         Some(found)
     }
 

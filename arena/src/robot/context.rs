@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_inspect::Inspection;
 use bittybuzz_robot_spec::{NumberProfile, OnFault, Robot, RobotFunction};
 use bittybuzz_vm_core::{FlashArea, Periods, Sizes};
 
@@ -33,6 +35,8 @@ pub struct GroupContext {
     pub profile: NumberProfile,
     /// The image of the script.
     pub image: KeptImage,
+    /// The names of the script, if they are known.
+    pub symbols: Option<Symbols>,
     /// Slots of the machine for the script.
     pub slots: usize,
     /// Network memory of the machine.
@@ -63,6 +67,7 @@ impl GroupContext {
     pub fn new(
         robot: &Robot,
         (program, image): (ProgramId, &[u8]),
+        symbols: Option<Symbols>,
         budget: u16,
         ids: Arc<[u16]>,
         effect: impl Fn(&RobotFunction) -> Option<Effect>,
@@ -80,6 +85,7 @@ impl GroupContext {
             program,
             profile: robot.profile,
             image: kept(image),
+            symbols,
             slots: vm.slots as usize,
             sizes: robot.sizes(),
             queues: [vm.in_queue, vm.out_queue, vm.in_long, vm.out_long]
@@ -95,6 +101,15 @@ impl GroupContext {
             },
             on_fault: robot.on_fault,
             functions,
+        }
+    }
+
+    /// Converts the distances of neighbors to mm, which are in the unit of another host in some
+    /// machines.
+    pub fn neighbors_to_mm(&self, content: &mut Inspection) {
+        for [distance, ..] in content.neighbors.iter_mut().filter_map(|known| known.place.as_mut())
+        {
+            *distance *= self.neighbor_unit_mm;
         }
     }
 

@@ -279,7 +279,8 @@ where
                     let positions = vm.calls().collect();
                     let mut record = state.record(io.now, fault, positions, Some(entry));
                     record.memory = state.memory_after(&fault, vm);
-                    if state.fail(record) {
+                    let content = state.content_after(vm);
+                    if state.fail(record, content) {
                         state.stage = ScriptStage::Pause;
                         state.is_running = false;
                         vm.restart();

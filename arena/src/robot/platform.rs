@@ -217,9 +217,11 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         // The robot has called a listener and no entry of the script. A listener that is not a
         // function has no position.
         let memory = state.memory_after(fault, calls.machine());
+        let is_further = state.keeps_fault_of(io.now);
+        let content = if is_further { None } else { state.content_after(calls.machine()) };
         let mut record = state.record(io.now, *fault, calls.collect(), None);
         record.memory = memory;
-        state.add_fault(record);
+        state.add_fault(record, content);
         true
     }
 }

@@ -1,11 +1,13 @@
 //! The events of a robot in one tick, for observers. A robot records them only while it is watched.
 
+use std::sync::Arc;
+
 use bittybuzz_vm_core::RobotFault;
 
 use crate::engine::{LossCause, SentFrame};
 
-use super::faults::FaultRecord;
 use super::log::{LogLine, Piece};
+use super::post_mortem::PostMortem;
 
 /// An event of a robot.
 #[derive(Debug, Clone)]
@@ -13,7 +15,7 @@ pub enum SeenEvent {
     /// Its script logged a line.
     Log(LogLine),
     /// Its script had a fault.
-    Fault(FaultRecord),
+    Fault(Arc<PostMortem>),
     /// Its script called a function of the robot.
     Call(FunctionCall),
     /// A frame arrived, and the queue discarded it or another frame.

@@ -3,7 +3,7 @@
 use std::hash::Hash;
 use std::sync::Arc;
 
-use bittybuzz_inspect::ScriptMemory;
+use bittybuzz_inspect::{Inspection, ScriptMemory};
 use bittybuzz_robot_spec::OnFault;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Vm};
@@ -18,6 +18,7 @@ use super::context::GroupContext;
 use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
 use super::log::{LogLine, News};
 use super::overruns::{Overrun, Overruns};
+use super::post_mortem::{self, LastFault, PostMortem};
 use super::seen::{Seen, SeenEvent};
 
 /// The part of a script that is about to run, or is running.
@@ -61,6 +62,8 @@ pub struct RobotContext {
     pub refusal: Option<String>,
     /// The events of this tick; `None` if the robot is not watched.
     pub seen: Option<Box<Seen>>,
+    /// The last fault with the content of the machine; `None` if nobody wants it.
+    pub last_fault: Option<Box<LastFault>>,
     /// The checks of the script, if there are any.
     pub checker: Option<Box<MachineChecker>>,
     /// Globals that are to be set.
@@ -98,6 +101,7 @@ impl RobotContext {
             faults: None,
             refusal: None,
             seen: None,
+            last_fault: None,
             checker: None,
             settings: Vec::new(),
         }
@@ -208,6 +212,21 @@ impl RobotContext {
         }
     }
 
+    /// Returns true if a fault of this tick is kept for somebody. A listener may fail for each of
+    /// many messages, of which the first tells enough.
+    pub fn keeps_fault_of(&self, tick: u64) -> bool {
+        let last = self.last_fault.as_ref().and_then(|last| last.0.as_ref());
+        last.is_some_and(|last| last.fault.tick == tick)
+    }
+
+    /// Returns the content of the machine after a fault, if somebody wants it.
+    pub fn content_after<P: Profile, C: ByteCode, const SLOTS: usize>(
+        &self,
+        vm: &Vm<P, C, SLOTS>,
+    ) -> Option<Arc<Inspection>> {
+        self.last_fault.as_ref().map(|_| post_mortem::content(&self.context, vm))
+    }
+
     /// Returns the memory of the machine after a fault that ran out of memory, if it is the first
     /// fault at its place. Later faults at the same place are only counted.
     pub fn memory_after<P: Profile, C: ByteCode, const SLOTS: usize>(
@@ -220,22 +239,34 @@ impl RobotContext {
         if is_known { None } else { ScriptMemory::after(fault, vm, self.context.slots) }
     }
 
-    /// Handles a fault that stopped the script. Returns true if the script restarts after a pause.
-    pub fn fail(&mut self, record: FaultRecord) -> bool {
+    /// Handles a fault that stopped the script, with the content of the machine if somebody wants it.
+    /// Returns true if the script restarts after a pause.
+    pub fn fail(&mut self, record: FaultRecord, content: Option<Arc<Inspection>>) -> bool {
         let is_final =
             record.fault.code == FaultCode::AssertFailed || self.context.on_fault == OnFault::Stop;
         let consequence = match is_final {
             true => Consequence::Stop,
             false => self.faults().next_pause(),
         };
-        self.add_fault(FaultRecord { consequence, ..record });
+        self.add_fault(FaultRecord { consequence, ..record }, content);
         !is_final
     }
 
-    /// Counts a fault, whose consequence begins now, and reports it to observers.
-    pub fn add_fault(&mut self, record: FaultRecord) {
-        if let Some(seen) = &mut self.seen {
-            seen.events.push(SeenEvent::Fault(record.clone()));
+    /// Counts a fault, whose consequence begins now, and reports it to observers. `content` is that
+    /// of the machine, if somebody wants it.
+    pub fn add_fault(&mut self, record: FaultRecord, content: Option<Arc<Inspection>>) {
+        if self.seen.is_some() || self.last_fault.is_some() {
+            let is_further =
+                record.consequence == Consequence::Contained && self.keeps_fault_of(record.tick);
+            let found = Arc::new(PostMortem { fault: record.clone(), content });
+            if let Some(seen) = &mut self.seen {
+                seen.events.push(SeenEvent::Fault(found.clone()));
+            }
+            if let Some(last) = &mut self.last_fault
+                && !is_further
+            {
+                last.0 = Some(found);
+            }
         }
         self.faults().add(record);
     }

@@ -4,7 +4,7 @@
 //! ([`Simulation::tick_observed`](super::Simulation::tick_observed)).
 
 use crate::engine::{Arrival, Fate, FrameLog, LossCause, Medium, RobotId, SendAttempt, SentFrame};
-use crate::robot::{FaultRecord, FunctionCall, LogLine, SeenEvent};
+use crate::robot::{FunctionCall, LogLine, PostMortem, SeenEvent};
 
 /// A receiver of a run's events: a web page, a debugger or a recorder.
 ///
@@ -75,8 +75,9 @@ pub enum EventKind<'a> {
     },
     /// The script logged a line.
     Log(&'a LogLine),
-    /// The script had a fault.
-    Fault(&'a FaultRecord),
+    /// The script had a fault. The content of its machine is known if the run
+    /// [keeps it](super::Simulation::keep_post_mortems).
+    Fault(&'a PostMortem),
     /// The script called a function of the robot.
     Call(&'a FunctionCall),
 }
@@ -138,7 +139,7 @@ pub fn show(
         while let Some((_, event)) = others.next_if(|(of, _)| *of == robot) {
             match event {
                 SeenEvent::Log(line) => see(EventKind::Log(line)),
-                SeenEvent::Fault(record) => see(EventKind::Fault(record)),
+                SeenEvent::Fault(fault) => see(EventKind::Fault(fault)),
                 SeenEvent::Call(call) => see(EventKind::Call(call)),
                 SeenEvent::Unsent(bytes) => see(EventKind::Unsent { bytes }),
                 // The loop above turned these into arrivals.

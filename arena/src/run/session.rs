@@ -70,6 +70,13 @@ impl Session {
         self.most
     }
 
+    /// Keeps the content of each robot's machine at its last fault from now on, as
+    /// [`Simulation::keep_post_mortems`] does, also after a step back.
+    pub fn keep_post_mortems(&mut self) {
+        self.run.keep_post_mortems();
+        self.copies.iter_mut().for_each(Simulation::keep_post_mortems);
+    }
+
     /// Gives a command, as [`Simulation::command`] does. If the session was taken back, all later
     /// states and commands are discarded.
     pub fn command(&mut self, text: &str) -> Result<(), Vec<ScenarioError>> {

@@ -350,7 +350,14 @@ fn context(
     ids: Arc<[u16]>,
 ) -> Arc<GroupContext> {
     let effect = |function: &_| model.effect(function).or_else(|| common_effect(function));
-    Arc::new(GroupContext::new(robot, (id, &program.image), model.budget(), ids, effect))
+    Arc::new(GroupContext::new(
+        robot,
+        (id, &program.image),
+        program.symbols.clone(),
+        model.budget(),
+        ids,
+        effect,
+    ))
 }
 
 /// Returns the robots' ids in the order in which they enter the world.

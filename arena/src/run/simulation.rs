@@ -38,7 +38,7 @@ use crate::engine::{
     RobotView, Stream, TICK_US, World,
 };
 use crate::robot::checks::Findings;
-use crate::robot::{FaultCounts, FaultRecord, LogLine, News, ProgramId, ScriptNumber, SimRobot};
+use crate::robot::{FaultCounts, LogLine, News, PostMortem, ProgramId, ScriptNumber, SimRobot};
 use crate::scenario::{
     Adversary, Backend, Quantity, Reduction, ScenarioCause, ScenarioError, Selection, Swarm,
     WorldChange, settings_error,
@@ -83,6 +83,8 @@ pub struct Simulation {
     past: Past,
     news: News,
     end: u64,
+    /// True if robots keep the content of their machines at a fault.
+    keeps_post_mortems: bool,
 }
 
 impl Simulation {
@@ -127,6 +129,7 @@ impl Simulation {
             past: Past::default(),
             news: News::default(),
             end: tick_at(scenario.world.duration),
+            keeps_post_mortems: false,
         };
         let mut number = 0;
         for group in &scenario.groups {
@@ -165,6 +168,7 @@ impl Simulation {
             past: self.past.clone(),
             news,
             end: self.end,
+            keeps_post_mortems: self.keeps_post_mortems,
         })
     }
 
@@ -257,10 +261,18 @@ impl Simulation {
         self.world.lights()
     }
 
-    /// Returns the latest fault of a robot since it was switched on. Of several faults at one place
-    /// of the script, this is the first.
-    pub fn last_fault(&self, number: usize) -> Option<&FaultRecord> {
-        self.robot(number)?.state().fault_places().last()
+    /// Keeps the content of each robot's machine at its last fault from now on: globals, locals and
+    /// calls. It does not change the run, and costs time and memory only at faults.
+    pub fn keep_post_mortems(&mut self) {
+        self.keeps_post_mortems = true;
+        self.world.brains_mut().for_each(SimRobot::keep_post_mortem);
+    }
+
+    /// Returns the last fault of a robot since it was switched on, with the content of its machine
+    /// at that moment unless it runs its firmware. Returns `None` if there was none, or if
+    /// [post-mortems](Self::keep_post_mortems) were not kept then.
+    pub fn post_mortem(&self, number: usize) -> Option<&PostMortem> {
+        self.robot(number)?.state().last_fault.as_ref()?.0.as_deref()
     }
 
     /// Simulates 100 ms: events and commands first, then the world, then the expectations. A tick
@@ -576,6 +588,9 @@ impl Simulation {
         }
         if self.world.is_watched() {
             robot.watch();
+        }
+        if self.keeps_post_mortems {
+            robot.keep_post_mortem();
         }
         if setup.is_checked() {
             robot.check(own_id, setup.costs(group));
