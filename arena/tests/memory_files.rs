@@ -55,7 +55,7 @@ fn digest(files: &dyn Files, path: &Path) -> u64 {
         let text = String::from_utf8(text).unwrap();
         let compiled = compile(&group.script, text, &IncludeLoader::new(files), &options);
         let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
-        Program { image, symbols: compiled.symbols }
+        Program { image, symbols: compiled.symbols, sources: Arc::new(compiled.sources) }
     });
     let programs: Vec<Program> = compiled.collect();
     let setup = Arc::new(Setup::new(scenario, programs).unwrap());

@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use bittybuzz_arena::robot::checks::{MachineChecker, RunSlice};
-use bittybuzz_inspect::ScriptMemory;
+use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_inspect::{Inspection, Limits, ScriptMemory, inspect};
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{Entry, Fault, Image, ImageError, Outcome, Sighting, Sizes, Value, Vm};
 
@@ -23,8 +24,12 @@ const LAST_SLICES: usize = 4;
 /// executes them within seconds, a Crazyflie within a minute.
 pub const INSTRUCTIONS_MAX: u32 = 100_000_000;
 
+/// The limits on the tables that are read after a fault, of which a report shows the values that an
+/// instruction used.
+const CONTENT_LIMITS: Limits = Limits { depth: 4, values: 1000 };
+
 /// The settings of a run.
-pub struct RunSettings {
+pub struct RunSettings<'a> {
     pub id: u16,
     pub seed: u32,
     /// Slots of the robot's machine.
@@ -41,6 +46,8 @@ pub struct RunSettings {
     pub neighbors: Vec<InSight>,
     /// The checks of the script, if there are any.
     pub checker: Option<MachineChecker>,
+    /// Names for the content of the machine.
+    pub symbols: Option<&'a Symbols>,
 }
 
 /// A robot in sight.
@@ -79,12 +86,14 @@ pub struct Ended {
     pub checker: Option<MachineChecker>,
     /// The use of the memory, if the script ran out of it.
     pub memory: Option<ScriptMemory>,
+    /// The content of the machine after a fault.
+    pub content: Option<Inspection>,
 }
 
 /// Runs an image.
 pub fn drive<P: Profile>(
     image: &[u8],
-    settings: &RunSettings,
+    settings: &RunSettings<'_>,
     is_robot_function: &dyn Fn(u16) -> bool,
     host: &mut HostRobot<'_>,
     interrupt: &mut Interrupt,
@@ -104,11 +113,16 @@ pub fn drive<P: Profile>(
     }
     run.host.output.flush();
     let Run { vm, entry, checker, steps, .. } = run;
-    let memory = match &end {
-        RunEnd::Fault(fault) => ScriptMemory::after(fault, &*vm, settings.slots),
-        RunEnd::Complete | RunEnd::Interrupted | RunEnd::Endless | RunEnd::OutputClosed => None,
+    let (memory, content) = match &end {
+        RunEnd::Fault(fault) => (
+            ScriptMemory::after(fault, &*vm, settings.slots),
+            Some(inspect(&*vm, settings.symbols, CONTENT_LIMITS)),
+        ),
+        RunEnd::Complete | RunEnd::Interrupted | RunEnd::Endless | RunEnd::OutputClosed => {
+            (None, None)
+        }
     };
-    Ok(Ended { end, positions: vm.calls().collect(), entry, steps, checker, memory })
+    Ok(Ended { end, positions: vm.calls().collect(), entry, steps, checker, memory, content })
 }
 
 struct Run<'a, 'h, 'i, P: Profile> {
@@ -126,14 +140,14 @@ struct Run<'a, 'h, 'i, P: Profile> {
 }
 
 impl<P: Profile> Run<'_, '_, '_, P> {
-    fn all(&mut self, settings: &RunSettings) -> RunEnd {
+    fn all(&mut self, settings: &RunSettings<'_>) -> RunEnd {
         match self.run(settings) {
             Ok(()) => RunEnd::Complete,
             Err(end) => end,
         }
     }
 
-    fn run(&mut self, settings: &RunSettings) -> Result<(), RunEnd> {
+    fn run(&mut self, settings: &RunSettings<'_>) -> Result<(), RunEnd> {
         self.entry(Entry::Global)?;
         self.entry(Entry::Init)?;
         match settings.steps {

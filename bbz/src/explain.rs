@@ -2,11 +2,11 @@
 
 use bittybuzz_compiler::codes::DiagnosticCode;
 use bittybuzz_compiler::explain;
+use bittybuzz_fault::{code, title};
 use bittybuzz_vm_core::FaultCode;
 use clap::Args;
 
 use crate::exit::ExitStatus;
-use crate::fault;
 use crate::output;
 use crate::problem::Problem;
 
@@ -65,7 +65,7 @@ pub fn execute(arguments: &ExplainArguments) -> Result<ExitStatus, Box<dyn Probl
 /// Returns every code with its title.
 pub fn codes() -> impl Iterator<Item = (String, &'static str)> {
     let compiler = DiagnosticCode::ALL.iter().map(|code| (code.text().to_owned(), code.title()));
-    let run_time = FaultCode::ALL.iter().map(|cause| (fault::code(*cause), fault::title(*cause)));
+    let run_time = FaultCode::ALL.iter().map(|cause| (code(*cause), title(*cause)));
     compiler.chain(run_time)
 }
 
@@ -82,9 +82,9 @@ mod tests {
     #[test]
     fn every_run_time_error_has_a_section_with_its_title_and_an_example() {
         for cause in FaultCode::ALL {
-            let code = fault::code(cause);
+            let code = code(cause);
             let section = explain::explain(&code).unwrap_or_else(|| panic!("{code} is missing"));
-            let heading = format!("## {code} — {}\n", fault::title(cause));
+            let heading = format!("## {code} — {}\n", title(cause));
             assert!(section.starts_with(&heading), "{section}");
             assert!(section.contains("\n```buzz\n"), "{code} has no example");
         }

@@ -9,7 +9,6 @@
 //! # What it will not do
 //! It has no robots built in: it reads them from the files of `robots/`.
 
-mod backtrace;
 mod build;
 mod check;
 mod checks;
@@ -20,7 +19,6 @@ mod drive;
 mod emulator;
 mod exit;
 mod explain;
-mod fault;
 mod fence;
 mod file_error;
 mod firmware;
@@ -30,15 +28,12 @@ mod guide;
 mod hex;
 mod host;
 mod import;
-mod instruction;
 mod interrupt;
 mod isp;
 mod json;
 mod manual;
-mod memory;
 mod messages;
 mod new;
-mod operand;
 mod output;
 mod probe_rs;
 mod problem;

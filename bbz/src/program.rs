@@ -6,6 +6,7 @@ use std::env;
 use std::fs;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::bo::error::BoError;
@@ -17,6 +18,7 @@ use bittybuzz_compiler::parser::{self, Parsed};
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::{Symbols, SymbolsError};
+use bittybuzz_fault::{KnownProgram, SourceTexts};
 use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_toml_reader::file::{self, ReadError};
 use bittybuzz_vm_core::{Image, ImageError, builtin};
@@ -142,7 +144,7 @@ pub struct LoadedProgram {
     /// Names, texts and places.
     pub symbols: Option<Symbols>,
     /// The source texts, if the program was compiled just now.
-    pub sources: Option<SourceMap>,
+    pub sources: Option<Arc<SourceMap>>,
     /// The messages that the script sends, if the program was compiled just now.
     pub messages: Vec<SentMessage>,
 }
@@ -176,7 +178,7 @@ impl LoadedProgram {
             compiled(path, kind, include, selection)?;
         report(&sources, &diagnostics)?;
         let profile = selection.effective_profile();
-        let sources = Some(sources);
+        let sources = Some(Arc::new(sources));
         Ok(image.map(|image| LoadedProgram { image, profile, symbols, sources, messages }))
     }
 
@@ -209,7 +211,7 @@ impl LoadedProgram {
 
     /// Adds the file of the program, those next to it, and those that it includes.
     pub fn add_inputs(&self, path: &Path, inputs: &mut Inputs) {
-        add_inputs(path, self.sources.as_ref(), inputs);
+        add_inputs(path, self.sources.as_deref(), inputs);
     }
 
     /// Returns a program of which nothing is known.
@@ -252,18 +254,25 @@ impl LoadedProgram {
         }
     }
 
+    /// Returns the program for reports about its faults.
+    pub fn known(&self) -> KnownProgram<'_> {
+        let LoadedProgram { image, profile, symbols, .. } = self;
+        KnownProgram { image, profile: *profile, symbols: symbols.as_ref(), sources: self }
+    }
+
     /// Returns true if the image itself has the text of its strings.
     pub fn has_text(&self) -> bool {
         let header = Image::new(self.image.as_slice()).header();
         header.is_ok_and(|header| header.has_text())
     }
+}
 
+impl SourceTexts for LoadedProgram {
     /// Returns the text of a source file by its number in the symbols. A file that was not compiled
     /// just now is read from disk, and may have changed since.
-    pub fn source(&self, file: u32) -> Option<Cow<'_, str>> {
-        let mut compiled = self.sources.iter().flat_map(SourceMap::files);
-        if let Some((_, source)) = compiled.find(|(id, _)| id.0 == file) {
-            return Some(Cow::Borrowed(&source.text));
+    fn source(&self, file: u32) -> Option<Cow<'_, str>> {
+        if let Some(text) = self.sources.as_ref().and_then(|sources| sources.source(file)) {
+            return Some(text);
         }
         let path = self.symbols.as_ref()?.file(file)?;
         let library_name = path.strip_prefix(LIBRARY_FOLDER);

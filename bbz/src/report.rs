@@ -9,6 +9,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer as Style, Snippet
 use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
 use bittybuzz_compiler::source::SourceMap;
+pub use bittybuzz_fault::printable;
 use bittybuzz_live::Defect;
 use bittybuzz_toml_reader::Place;
 
@@ -108,12 +109,6 @@ pub fn warning(message: &str, note: Option<&str>) {
     if let Some(note) = note {
         print(Group::with_title(Level::NOTE.primary_title(note)));
     }
-}
-
-/// Replaces control characters, because text from scripts and symbols must not control the
-/// terminal. Printing does this for titles and source lines, but not for other text.
-pub fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
 /// Prints lines that are not a message: a report at the end of a run.

@@ -7,22 +7,20 @@ use annotate_snippets::{Group, Level};
 use bittybuzz_arena::robot::checks::MachineChecker;
 use bittybuzz_compiler::diagnostic::Diagnostic;
 use bittybuzz_compiler::source::SourceMap;
+use bittybuzz_fault::{Backtrace, FaultReport};
 use bittybuzz_robot_spec::{NumberProfile, Robot};
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::{Entry, Sizes};
 use clap::Args;
 use serde_json::{Value, json};
 
-use crate::backtrace::Backtrace;
 use crate::checks::CheckFindings;
 use crate::costs;
 use crate::drive::{self, Ended, INSTRUCTIONS_MAX, InSight, RunEnd, RunSettings, SLOTS};
 use crate::exit::ExitStatus;
-use crate::fault;
 use crate::host::{HostClock, HostRobot};
 use crate::interrupt::{self, Interrupt};
 use crate::json;
-use crate::memory;
 use crate::output::{self, OutputForm};
 use crate::problem::Problem;
 use crate::program::LoadedProgram;
@@ -147,6 +145,7 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>>
         neighbors: arguments.neighbors.clone(),
         period: Duration::from_secs(1) / tick_hz,
         checker: arguments.checks.then(|| MachineChecker::new(arguments.id, costs.clone())),
+        symbols: program.symbols.as_ref(),
     };
     let clock = match arguments.steps {
         Some(_) => HostClock::Simulated,
@@ -160,11 +159,11 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>>
         NumberProfile::Full => drive::drive::<Full>,
     };
     let is_known = |hash| selection.has_function(hash);
-    let Ended { end, positions, entry, steps, checker, memory } =
+    let Ended { end, positions, entry, steps, checker, memory, content } =
         drive(&program.image, &settings, &is_known, &mut host, &mut interrupt)
             .map_err(|cause| RefusedImage::new(&arguments.file, cause))?;
     let refusal = host.refusal.take();
-    let backtrace = Backtrace::new(&program, positions, Some(entry));
+    let backtrace = Backtrace::new(program.known(), positions, Some(entry));
     let checked = checker.as_ref().map(|checker| CheckFindings {
         findings: checker.findings(),
         program: &program,
@@ -175,17 +174,19 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>>
         has_robots: false,
     });
     if arguments.json {
+        let calls = (end == RunEnd::Endless).then(|| backtrace.places());
         let (ended, fault) = match &end {
             RunEnd::Complete | RunEnd::OutputClosed => ("complete", Value::Null),
             RunEnd::Interrupted => ("interrupted", Value::Null),
             RunEnd::Endless => ("endless", Value::Null),
             RunEnd::Fault(fault) => {
-                ("fault", fault::json(fault, &program, &backtrace, refusal.as_deref()))
+                let report = FaultReport::new(fault, backtrace, refusal.as_deref());
+                ("fault", report.with_content(content.as_ref()).json())
             }
         };
         let mut object = json!({ "ended": ended, "steps": steps, "fault": fault });
-        if end == RunEnd::Endless {
-            object["calls"] = backtrace.places().into();
+        if let Some(calls) = calls {
+            object["calls"] = calls.into();
         }
         if let Some(checked) = checked {
             object["checks"] = checked.json();
@@ -215,9 +216,9 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>>
         }
         RunEnd::Fault(fault) => {
             let step = (entry == Entry::Step).then(|| format!("in step {steps}"));
-            let memory = memory.map(|memory| memory::text(&memory, &program));
-            let notes: Vec<String> = step.into_iter().chain(memory).collect();
-            fault::report(&fault, &program, &backtrace, refusal.as_deref(), &notes);
+            let report = FaultReport::new(&fault, backtrace, refusal.as_deref());
+            let report = report.with_memory(memory.as_ref());
+            report::print(report.message(&step.into_iter().collect::<Vec<_>>()));
             ExitStatus::RuntimeError
         }
     };

@@ -192,6 +192,7 @@ fn json_has_an_object_for_each_line() {
         (&fault["code"], &fault["message"]),
         (&"R0005".into(), &"integer division by zero".into())
     );
+    assert_eq!(fault["values"], serde_json::json!([{ "name": "x", "value": "0" }]));
     assert_eq!(
         (&calls[0]["line"], &calls[0]["column"], &calls[0]["function"]),
         (&2.into(), &24.into(), &"f".into())

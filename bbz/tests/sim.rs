@@ -99,6 +99,14 @@ fn a_fault_is_status_1_with_file_and_line() {
     outcome.reports(&["error[R0005]", "--> s.bzz:4:", stopped, "in `step`"]);
     let counted = "scripts stopped by an error: 1, started again: 0\n";
     assert!(outcome.stdout.contains(counted), "{}", outcome.stdout);
+    // A program reads the same words.
+    let json: Value =
+        serde_json::from_str(&folder.bbz(&["sim", "s.toml", "--json"]).stdout).unwrap();
+    let fault = &json["faults"][0];
+    assert_eq!((&fault["code"], &fault["line"]), (&"R0005".into(), &4.into()));
+    assert_eq!(fault["message"], "integer division by zero");
+    assert_eq!(fault["help"], "test the divisor first, as in `if(n != 0)`");
+    assert_eq!(fault["calls"][0]["function"], "step");
     // The same fault of many robots is printed once.
     folder.write("s.bzz", "n = 0\nfunction step() { n = n + 1 if(n == 9) led(1 / 0) }\n");
     let outcome = folder.bbz(&["sim", "s.toml"]);

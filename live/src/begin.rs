@@ -11,6 +11,7 @@ use crate::page_event::{
     AssignmentDescription, BeginEvent, ExpectationDescription, GroupDescription, MediumDescription,
     MovableDescription, ObstacleDescription, PatchDescription, QuantityNames,
 };
+use crate::relative::relative;
 
 /// Describes the world of a run.
 pub fn describe(run: &Simulation) -> BeginEvent {
@@ -19,7 +20,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
     let groups = scenario.groups.iter().map(|group| GroupDescription {
         name: Some(group.name.clone()),
         robot: Some(group.robot.name.clone()),
-        script: Some(group.script.display().to_string()),
+        script: Some(relative(&scenario.folder, &group.script)),
         count: group.count,
         first_id: group.first_id,
         radius: group.radius_mm(),
@@ -54,6 +55,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         assignment,
         scripts: None,
         controls: None,
+        stops_on_error: None,
     }
 }
 

@@ -316,6 +316,13 @@ fn name_of(scenario: &Scenario, script: &Path) -> String {
     script.strip_prefix(&scenario.folder).unwrap_or(script).display().to_string()
 }
 
+/// Returns the name of the script to which a source file belongs, as itself or as a draft; `None` for
+/// files that a client cannot edit.
+pub fn name_of_source(drafts: &Drafts, setup: &Setup, file: &Path) -> Option<String> {
+    let script = drafts.script_of(file);
+    scripts(setup).contains(&script).then(|| name_of(setup, script))
+}
+
 /// Finds the script of that name. A client can read and write no other files.
 fn find(setup: &Setup, name: &str) -> Result<PathBuf, String> {
     let mut known = scripts(&setup.scenario).into_iter();

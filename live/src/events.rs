@@ -1,18 +1,20 @@
 //! Faults and log lines of a run, as events for clients.
 
 use bittybuzz_arena::engine::LossCause;
-use bittybuzz_arena::robot::{Consequence, FaultRecord, LogLine};
+use bittybuzz_arena::robot::LogLine;
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Verdict};
 
-use crate::page_event::{
-    FaultConsequence, FaultEvent, FaultPlace, LogEvent, PageEvent, VerdictName,
-};
+use crate::faults;
+use crate::page_event::{LogEvent, PageEvent, VerdictName};
 use crate::watch::{MessageFate, Watch};
+use crate::workshop::Drafts;
 
 /// Records the faults, log lines and watched messages of a tick.
 pub struct EventCollector<'a> {
     /// The programs of the run.
     pub setup: &'a Setup,
+    /// The scripts that the client can edit.
+    pub drafts: Option<&'a Drafts>,
     /// The events that the client has not taken yet.
     pub events: &'a mut Vec<PageEvent>,
     /// The subscription of the client, which collects messages.
@@ -28,7 +30,8 @@ impl Observer for EventCollector<'_> {
                 self.events.push(PageEvent::Log(LogEvent { tick, robot, text }));
             }
             EventKind::Fault(found) => {
-                self.events.push(PageEvent::Fault(fault(self.setup, robot, &found.fault)));
+                let fault = faults::describe(self.setup, self.drafts, robot, found);
+                self.events.push(PageEvent::Fault(fault));
             }
             EventKind::Received { receiver, .. } => {
                 self.watch.record(MessageFate::Received, robot, receiver)
@@ -59,22 +62,4 @@ fn text(setup: &Setup, line: &LogLine) -> String {
     let mut bytes = Vec::new();
     line.pieces.iter().for_each(|piece| piece.append_to(symbols, &mut bytes));
     String::from_utf8_lossy(&bytes).into_owned()
-}
-
-/// Describes a fault of a robot.
-pub fn fault(setup: &Setup, robot: usize, record: &FaultRecord) -> FaultEvent {
-    let consequence = match record.consequence {
-        Consequence::Contained => FaultConsequence::Contained,
-        Consequence::Pause(_) => FaultConsequence::Pause,
-        Consequence::Stop => FaultConsequence::Stop,
-    };
-    let symbols = setup.program(record.program).and_then(|program| program.symbols.as_ref());
-    let places = record.positions.iter().map(|at| FaultPlace::find(symbols?, *at));
-    FaultEvent {
-        tick: record.tick,
-        robot,
-        code: format!("R{:04}", record.fault.code as u8),
-        consequence,
-        places: places.collect(),
-    }
 }

@@ -35,6 +35,7 @@
 //! | `{"sweep":{"key":"medium.ir.loss","values":["0","0.3"],"seeds":5,"quantity":"led"}}` | trials next to the session: the scenario from its start with the last drafts, each value with that number of seeds; the key may be a global, as `global.JOIN` |
 //! | `{"hand_in":{"by":"Ada","texts":{"walk.bzz":"…"}}}` | a trial whose result is an event with a file for `bbz grade`, if the run began with these texts |
 //! | `"stop_trials"` | trials that were not finished are given up |
+//! | `{"stop_on_error":{"on":true}}` | the run pauses at the end of a tick in which a script has a fault, and an event names the robot and the reason; on from the start in a scenario with an assignment |
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
 //!
 //! # Events
@@ -61,11 +62,13 @@ mod controls;
 mod defect;
 mod edit;
 mod events;
+mod faults;
 mod hand_in;
 mod inspection;
 mod live;
 mod pace;
 mod page_event;
+mod relative;
 mod replay;
 mod request;
 mod samples;
@@ -82,7 +85,7 @@ pub use compiler_message::CompilerMessage;
 pub use defect::Defect;
 pub use hand_in::{HandIn, TextFile};
 pub use live::Live;
-pub use page_event::{DefectEvent, FaultPlace, PageEvent};
+pub use page_event::{DefectEvent, PageEvent};
 pub use replay::Replay;
 pub use set_up::{set_up, text_of};
 pub use shelf::{SharedFiles, Shelf};

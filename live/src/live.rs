@@ -7,14 +7,14 @@ use bittybuzz_arena::output::recorder;
 use bittybuzz_arena::run::{Session, TICKS_PER_SECOND, Verdict};
 use bittybuzz_arena::scenario::{Quantity, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::explain::explain;
-use bittybuzz_inspect::Limits;
+use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::begin;
 use crate::conditions;
 use crate::edit::{self, EditError, NewRun};
 use crate::events::{self, EventCollector};
+use crate::faults;
 use crate::hand_in::{HandIn, TextFile};
-use crate::inspection;
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
     BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExpectationEvent, ExplanationEvent,
@@ -56,6 +56,8 @@ pub struct Live {
     verdicts: Vec<Verdict>,
     /// True if the emulation of robots failed, so that the run cannot go on.
     has_failed: bool,
+    /// The client's choice whether the run pauses at a fault, if it made one.
+    stop_on_error: Option<bool>,
 }
 
 impl Live {
@@ -77,6 +79,7 @@ impl Live {
             conditions,
             verdicts: Vec::new(),
             has_failed: false,
+            stop_on_error: None,
         };
         live.begin();
         live
@@ -141,6 +144,10 @@ impl Live {
                     Ok(quantity) => self.watch = Watch::new(messages, quantity),
                     Err(error) => self.refuse_command(&error),
                 }
+                return;
+            }
+            Request::StopOnError { on } => {
+                self.stop_on_error = Some(on);
                 return;
             }
             Request::Scenario => {
@@ -259,8 +266,12 @@ impl Live {
 
     fn simulate(&mut self) {
         let setup = self.session.run().setup().clone();
-        let mut collector =
-            EventCollector { setup: &setup, events: &mut self.events, watch: &mut self.watch };
+        let mut collector = EventCollector {
+            setup: &setup,
+            drafts: self.drafts.as_ref(),
+            events: &mut self.events,
+            watch: &mut self.watch,
+        };
         if let Err(error) = self.session.tick_observed(&mut collector) {
             self.has_failed = true;
             let text = error.to_string();
@@ -276,15 +287,20 @@ impl Live {
         let run = self.session.run();
         let due = self.pace.due(run.now(), now, TICKS_PER_SECOND);
         let (mut done, wanted) = (0, due.min(run.end().saturating_sub(run.now())));
-        while done < wanted && !self.has_failed && has_time() {
+        let mut stop = None;
+        while done < wanted && !self.has_failed && stop.is_none() && has_time() {
+            let before = self.events.len();
             self.simulate();
             done += 1;
+            if self.stops_on_error() {
+                stop = faults::stop(&self.events[before..]);
+            }
         }
         if due == 0 {
             return false;
         }
         self.pace.passed(done, due, self.session.run().now(), now);
-        if self.session.run().is_over() || self.has_failed {
+        if self.session.run().is_over() || self.has_failed || stop.is_some() {
             self.pace = Pace::Paused;
         }
         self.add_verdicts();
@@ -292,7 +308,14 @@ impl Live {
         if self.pace == Pace::Paused {
             self.add_state();
         }
+        self.events.extend(stop);
         self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
+    }
+
+    /// Returns true if the run pauses at a fault. In an assignment, a fault is something to mend.
+    fn stops_on_error(&self) -> bool {
+        let is_assignment = || self.session.run().setup().scenario.assignment.is_some();
+        self.stop_on_error.unwrap_or_else(is_assignment)
     }
 
     /// Starts the run again from the beginning.
@@ -418,17 +441,19 @@ impl Live {
     fn add_inspection(&mut self) {
         let Some(robot) = self.inspected else { return };
         let run = self.session.run();
-        let memory =
-            run.inspect(robot, INSPECTION_LIMITS).map(|memory| inspection::describe(&memory));
+        let content = |content: &Inspection| faults::content(run.setup(), content);
+        let memory = run.inspect(robot, INSPECTION_LIMITS).as_ref().map(content);
         let last = run.post_mortem(robot);
-        let fault = last.map(|last| events::fault(run.setup(), robot, &last.fault));
-        self.events.push(PageEvent::Inspection(InspectionEvent {
+        let describe = |last| faults::describe(run.setup(), self.drafts.as_ref(), robot, last);
+        let event = InspectionEvent {
             robot,
             tick: run.now(),
             memory,
-            fault,
+            fault: last.map(describe),
+            at_fault: last.and_then(|last| last.content.as_deref()).map(content),
             battery_mv: run.battery_mv(robot),
-        }));
+        };
+        self.events.push(PageEvent::Inspection(Box::new(event)));
     }
 
     fn refuse_command(&mut self, error: &ScenarioError) {
@@ -456,7 +481,9 @@ impl Source for Live {
             begun: edit::begun(drafts, setup, &self.scenario),
         });
         let controls = self.drafts.as_ref().map(|drafts| edit::controls(drafts, setup));
-        let begin = BeginEvent { scripts, controls, ..begin::describe(self.session.run()) };
+        let stops_on_error = Some(self.stops_on_error());
+        let world = begin::describe(self.session.run());
+        let begin = BeginEvent { scripts, controls, stops_on_error, ..world };
         self.events = vec![PageEvent::Begin(Box::new(begin))];
         self.conditions = conditions::describe(self.session.run());
         self.add_verdicts();

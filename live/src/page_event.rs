@@ -3,7 +3,7 @@
 //! The test of this module writes the same types as declarations for the scripts of the page,
 //! together with the requests of [`Request`](crate::request::Request).
 
-use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_fault::FaultDescription;
 use serde::Serialize;
 
 use crate::compiler_message::CompilerMessage;
@@ -27,10 +27,12 @@ pub enum PageEvent {
     Log(LogEvent),
     /// A fault of a script.
     Fault(FaultEvent),
+    /// The run was paused because of a fault.
+    Stopped(StoppedEvent),
     /// A new verdict of an expectation.
     Expectation(ExpectationEvent),
     /// The memory of the robot that the client inspects.
-    Inspection(InspectionEvent),
+    Inspection(Box<InspectionEvent>),
     /// The messages between robots since the last sample.
     Messages(MessagesEvent),
     /// The quantity that the client watches.
@@ -120,6 +122,10 @@ pub struct BeginEvent {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, ts(optional))]
     pub controls: Option<Vec<Control>>,
+    /// Present if the run pauses, or can pause, at a fault: true if it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub stops_on_error: Option<bool>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -136,6 +142,7 @@ pub struct GroupDescription {
     pub name: Option<String>,
     /// The name of the robots' model.
     pub robot: Option<String>,
+    /// The path of the script, relative to the folder of the scenario.
     pub script: Option<String>,
     pub count: u32,
     pub first_id: u16,
@@ -281,11 +288,18 @@ pub struct FaultEvent {
     pub tick: u64,
     /// The number of the robot.
     pub robot: usize,
-    /// The code of the fault, such as `R0001`.
-    pub code: String,
     pub consequence: FaultConsequence,
-    /// The calls that led to the fault, innermost first; `None` without symbols.
-    pub places: Vec<Option<FaultPlace>>,
+    #[serde(flatten)]
+    pub description: FaultDescription,
+}
+
+/// The run was paused because of a fault.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct StoppedEvent {
+    pub fault: FaultEvent,
+    /// The number of faults of other robots in the same tick.
+    pub others: usize,
 }
 
 /// The consequence of a fault for the script.
@@ -299,27 +313,6 @@ pub enum FaultConsequence {
     Pause,
     /// The script stopped.
     Stop,
-}
-
-/// The place of a call in its source.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct FaultPlace {
-    pub file: String,
-    pub line: u32,
-    pub column: u32,
-    /// The name of the function; `None` if the symbols have none.
-    pub function: Option<String>,
-}
-
-impl FaultPlace {
-    /// Returns the place of a position in the code; `None` if no source belongs to it.
-    pub fn find(symbols: &Symbols, position: u16) -> Option<FaultPlace> {
-        let place = symbols.position(position.into())?;
-        let file = symbols.file(place.file)?.to_owned();
-        let function = symbols.function(position.into()).map(|function| function.name.clone());
-        Some(FaultPlace { file, line: place.line, column: place.column, function })
-    }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -352,6 +345,9 @@ pub struct InspectionEvent {
     pub memory: Option<MemoryDescription>,
     /// The last fault of the robot.
     pub fault: Option<FaultEvent>,
+    /// The memory at that fault, which the robot has forgotten since; `None` if the machine runs in
+    /// an emulator.
+    pub at_fault: Option<MemoryDescription>,
     pub battery_mv: Option<u16>,
 }
 

@@ -49,6 +49,8 @@ pub enum Request {
         /// The quantity, written as in `plot`.
         quantity: Option<String>,
     },
+    /// Sets whether the run pauses at a fault of a script.
+    StopOnError { on: bool },
     /// Requests all commands.
     Commands,
     /// Requests the session as a scenario.

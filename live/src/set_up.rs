@@ -6,6 +6,7 @@ use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::Renderer;
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::compiler_message::CompilerMessage;
 use crate::workshop::{Text, Workshop};
@@ -57,7 +58,8 @@ fn program(
     };
     let compiled = workshop.compile(script, text, group);
     if let Some(image) = compiled.image {
-        return Ok(Program { image, symbols: compiled.symbols });
+        let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
+        return Ok(Program { image, symbols, sources });
     }
     let renderer = Renderer::new(&compiled.sources);
     let errors = compiled.diagnostics.iter().filter(|one| one.severity() == Severity::Error);

@@ -66,7 +66,8 @@ impl SharedFiles {
             let texts = compiled.diagnostics.iter();
             return Err(texts.map(|one| renderer.text(one, ColorChoice::Never)).collect());
         };
-        Ok(Program { image, symbols: compiled.symbols })
+        let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
+        Ok(Program { image, symbols, sources })
     }
 }
 

@@ -8,10 +8,10 @@ use std::time::Duration;
 use bittybuzz_arena::output::recording::{
     RecordedBody, RecordedRobot, RecordingHeader, RobotStatus,
 };
+use bittybuzz_fault::FaultDescription;
 
 use crate::page_event::{
-    BeginEvent, FaultConsequence, FaultEvent, FaultPlace, GroupDescription, LogEvent, PageEvent,
-    StateEvent,
+    BeginEvent, FaultConsequence, FaultEvent, GroupDescription, LogEvent, PageEvent, StateEvent,
 };
 use crate::samples::Samples;
 use crate::source::Source;
@@ -46,12 +46,9 @@ pub enum ReportContent {
     Began(String),
     /// A fault of the script.
     Fault {
-        /// The code of the fault, such as `R0001`.
-        code: String,
         /// True if the fault ended only a listener or a handler.
         is_contained: bool,
-        /// The calls that led to the fault, innermost first; `None` without symbols.
-        places: Vec<Option<FaultPlace>>,
+        description: FaultDescription,
     },
 }
 
@@ -100,7 +97,7 @@ impl Watched {
                 self.change(number, RobotStatus::Running);
                 line(now, number, text)
             }
-            ReportContent::Fault { code, is_contained, places } => {
+            ReportContent::Fault { is_contained, description } => {
                 if !is_contained {
                     self.change(number, RobotStatus::Faulted);
                 }
@@ -109,7 +106,7 @@ impl Watched {
                     false => FaultConsequence::Stop,
                 };
                 let (tick, robot) = (now, number);
-                PageEvent::Fault(FaultEvent { tick, robot, code, consequence, places })
+                PageEvent::Fault(FaultEvent { tick, robot, consequence, description })
             }
         };
         if self.kept.len() == KEPT_EVENTS_MAX {

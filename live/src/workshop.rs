@@ -151,6 +151,12 @@ impl Drafts {
         self.drafts.sort_by_key(|draft| draft.path == path);
     }
 
+    /// Returns the script of which a file is a draft, or else the file.
+    pub fn script_of<'a>(&'a self, file: &'a Path) -> &'a Path {
+        let draft = self.drafts.iter().find(|draft| draft.path == file);
+        draft.map_or(file, |draft| &draft.script)
+    }
+
     /// Returns the workshop.
     pub fn workshop(&self) -> &dyn Workshop {
         &*self.workshop

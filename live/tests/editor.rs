@@ -41,8 +41,8 @@ fn read(files: &MemoryFiles, script: &Path) -> Result<String, String> {
 fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
     let text = read(files, script)?;
     let compiled = compile(script, text, &IncludeLoader::new(files), &options(group));
-    let symbols = compiled.symbols;
-    let program = compiled.image.map(|image| Program { image, symbols });
+    let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
+    let program = compiled.image.map(|image| Program { image, symbols, sources });
     program.ok_or_else(|| compiled.diagnostics[0].message.clone())
 }
 

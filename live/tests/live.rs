@@ -41,8 +41,8 @@ fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program,
     let text = files.read(script, 10_000).map_err(|error| error.to_string())?;
     let text = String::from_utf8(text).unwrap();
     let compiled = compile(script, text, &IncludeLoader::new(files), &options);
-    let symbols = compiled.symbols;
-    let program = compiled.image.map(|image| Program { image, symbols });
+    let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
+    let program = compiled.image.map(|image| Program { image, symbols, sources });
     program.ok_or_else(|| compiled.diagnostics[0].message.clone())
 }
 

@@ -6,6 +6,7 @@ use bittybuzz_live::{PageEvent, Source};
 use serde_json::Value;
 
 mod editor;
+mod faults;
 mod live;
 mod recorded;
 mod trials;

@@ -4,7 +4,8 @@ use std::sync::mpsc::{Sender, channel};
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{RecordingReader, RobotStatus};
-use bittybuzz_live::{FaultPlace, ReportContent, RobotReport, Source, Watched};
+use bittybuzz_fault::{FaultDescription, FaultPlace};
+use bittybuzz_live::{ReportContent, RobotReport, Source, Watched};
 use serde_json::{Value, json};
 
 use crate::taken;
@@ -28,9 +29,22 @@ fn fault(is_contained: bool) -> ReportContent {
         file: "blink.bzz".to_owned(),
         line: 3,
         column: 5,
+        end_line: 3,
+        end_column: 10,
         function: Some("step".to_owned()),
+        text: None,
+        script: None,
     })];
-    ReportContent::Fault { code: "R0001".to_owned(), is_contained, places }
+    let description = FaultDescription {
+        code: "R0001".to_owned(),
+        message: "cannot add nil and an integer".to_owned(),
+        help: None,
+        notes: Vec::new(),
+        values: Vec::new(),
+        places,
+        left_out: 0,
+    };
+    ReportContent::Fault { is_contained, description }
 }
 
 /// Returns the states of all robots in a sample that starts a new recording.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
 
 use crate::robot::GroupContext;
@@ -19,6 +20,8 @@ pub struct Program {
     pub image: Vec<u8>,
     /// Names and texts of the script. Without them globals have no names.
     pub symbols: Option<Symbols>,
+    /// The texts that it was compiled from; empty if they are not known.
+    pub sources: Arc<SourceMap>,
 }
 
 /// A program in the setup of a run.

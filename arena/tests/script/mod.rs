@@ -42,8 +42,8 @@ pub fn program(script: &Path, group: &Group) -> Result<Program, String> {
     };
     let text = fs::read_to_string(script).map_err(|error| error.to_string())?;
     let compiled = compile(script, text, &IncludeLoader::new(&DiskFiles), &options);
-    let symbols = compiled.symbols;
-    let program = compiled.image.map(|image| Program { image, symbols });
+    let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
+    let program = compiled.image.map(|image| Program { image, symbols, sources });
     program.ok_or_else(|| format!("{:#?}", compiled.diagnostics))
 }
 

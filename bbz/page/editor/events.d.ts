@@ -48,7 +48,11 @@ scripts?: ScriptsDescription,
 /**
  * Present if scripts can be edited.
  */
-controls?: Array<Control>, };
+controls?: Array<Control>, 
+/**
+ * Present if the run pauses, or can pause, at a fault: true if it does.
+ */
+stops_on_error?: boolean, };
 
 export type Button = { 
 /**
@@ -175,21 +179,56 @@ export type FaultEvent = { tick: number,
 /**
  * The number of the robot.
  */
-robot: number, 
+robot: number, consequence: FaultConsequence, 
 /**
- * The code of the fault, such as `R0001`.
+ * The code, such as `R0001`.
  */
-code: string, consequence: FaultConsequence, 
+code: string, 
 /**
- * The calls that led to the fault, innermost first; `null` without symbols.
+ * The mistake, in one sentence without a full stop.
  */
-places: Array<FaultPlace | null>, };
+message: string, help: string | null, 
+/**
+ * Further remarks, such as the use of a memory that was full.
+ */
+notes: Array<string>, 
+/**
+ * The values that the instruction used, if the machine was inspected at that moment.
+ */
+values: Array<FaultValue>, 
+/**
+ * The calls that led to the error, innermost first; `null` without symbols. Of many calls,
+ * only the first and the last ones.
+ */
+places: Array<FaultPlace | null>, 
+/**
+ * The number of calls that `places` lacks.
+ */
+left_out: number, };
 
-export type FaultPlace = { file: string, line: number, column: number, 
+export type FaultPlace = { file: string, line: number, column: number, end_line: number, end_column: number, 
 /**
  * The name of the function; `null` if the symbols have none.
  */
-function: string | null, };
+function: string | null, 
+/**
+ * The text of the line, if it is known.
+ */
+text: string | null, 
+/**
+ * The name of the script in the client's editor; `null` if the client cannot edit it.
+ */
+script: string | null, };
+
+export type FaultValue = { 
+/**
+ * The name as it is written in the script, such as `speeds[i]`.
+ */
+name: string, 
+/**
+ * The value as a script would write it.
+ */
+value: string, };
 
 export type FrameDescription = { 
 /**
@@ -207,7 +246,11 @@ export type GroupDescription = { name: string | null,
 /**
  * The name of the robots' model.
  */
-robot: string | null, script: string | null, count: number, first_id: number, 
+robot: string | null, 
+/**
+ * The path of the script, relative to the folder of the scenario.
+ */
+script: string | null, count: number, first_id: number, 
 /**
  * The radius of a body in mm.
  */
@@ -231,7 +274,12 @@ memory: MemoryDescription | null,
 /**
  * The last fault of the robot.
  */
-fault: FaultEvent | null, battery_mv: number | null, };
+fault: FaultEvent | null, 
+/**
+ * The memory at that fault, which the robot has forgotten since; `null` if the machine runs in
+ * an emulator.
+ */
+at_fault: MemoryDescription | null, battery_mv: number | null, };
 
 export type LightDescription = { 
 /**
@@ -364,7 +412,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
@@ -452,7 +500,7 @@ messages: boolean,
 /**
  * The quantity, written as in `plot`.
  */
-quantity: string | null, } } | "commands" | "scenario" | { "script": { 
+quantity: string | null, } } | { "stop_on_error": { on: boolean, } } | "commands" | "scenario" | { "script": { 
 /**
  * The path of the script relative to the folder of the scenario.
  */
@@ -618,6 +666,12 @@ rate: number | null,
 over: boolean, };
 
 export type StigmergyDescription = { number: number, entries: Array<EntryDescription>, };
+
+export type StoppedEvent = { fault: FaultEvent, 
+/**
+ * The number of faults of other robots in the same tick.
+ */
+others: number, };
 
 export type SuggestedEdit = { file: string, line: number, column: number, end_line: number, end_column: number, text: string, 
 /**

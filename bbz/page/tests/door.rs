@@ -40,7 +40,8 @@ fn live() -> Live {
         let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
         let script_text = "function step() { forward() }\n".to_owned();
         let compiled = compile(script, script_text, &IncludeLoader::new(&files), &options);
-        Program { image: compiled.image.unwrap(), symbols: compiled.symbols }
+        let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
+        Program { image: compiled.image.unwrap(), symbols, sources }
     };
     let programs: Vec<Program> = scenario.programs().map(program).collect();
     let setup = Arc::new(Setup::new(scenario, programs).unwrap());

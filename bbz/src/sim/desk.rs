@@ -60,7 +60,8 @@ impl Desk {
                 self.compile(script, &text, group);
             let renderer = Renderer::new(&sources);
             diagnostics.iter().for_each(|one| errors += &renderer.text(one, ColorChoice::Never));
-            return image.map(|image| run::Program { image, symbols }).ok_or(errors);
+            let sources = Arc::new(sources);
+            return image.map(|image| run::Program { image, symbols, sources }).ok_or(errors);
         }
         let selection = RobotChoice::of_group(group);
         let opened =
@@ -72,8 +73,8 @@ impl Desk {
         match opened {
             Err(problem) => Err(problem.to_string()),
             Ok(None) => Err(errors),
-            Ok(Some(program)) => {
-                Ok(run::Program { image: program.image, symbols: program.symbols })
+            Ok(Some(LoadedProgram { image, symbols, sources, .. })) => {
+                Ok(run::Program { image, symbols, sources: sources.unwrap_or_default() })
             }
         }
     }

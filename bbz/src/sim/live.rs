@@ -88,7 +88,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
     }
     summary::faults(&setup, &opened.programs, &result);
     if arguments.json {
-        let mut object = summary::json(&setup, &result);
+        let mut object = summary::json(&setup, &opened.programs, &result);
         object["digest"] = format!("{:016x}", simulation.digest()).into();
         if arguments.checks {
             object["checks"] = checks::json(&opened, &result);

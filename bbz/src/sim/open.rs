@@ -81,6 +81,7 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
     let image = |program: &LoadedProgram| run::Program {
         image: program.image.clone(),
         symbols: program.symbols.clone(),
+        sources: program.sources.clone().unwrap_or_default(),
     };
     let images = programs.iter().map(image).collect();
     let models = run::emulated(&scenario);

@@ -9,12 +9,11 @@ use bittybuzz_arena::run::{
     Convergence, FaultOf, OverrunSummary, Setup, Summary, TICKS_PER_SECOND, Verdict,
 };
 use bittybuzz_compiler::symbols::SourceSpan;
+use bittybuzz_fault::{Backtrace, FaultReport, accepted};
 use serde_json::{Value, json};
 
-use crate::backtrace::Backtrace;
-use crate::fault;
-use crate::memory;
 use crate::program::LoadedProgram;
+use crate::report;
 
 /// Returns the lines of a summary.
 pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> {
@@ -139,7 +138,7 @@ pub fn later(held: f64, since: f64) -> String {
 }
 
 /// Returns the summary as a JSON object.
-pub fn json(setup: &Setup, summary: &Summary) -> Value {
+pub fn json(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) -> Value {
     let expects = setup.scenario.expects.iter().zip(&summary.convergences);
     let expects: Vec<Value> = expects
         .map(|(expect, convergence)| {
@@ -167,17 +166,16 @@ pub fn json(setup: &Setup, summary: &Summary) -> Value {
                 Consequence::Pause(ticks) => ("restart", Some(seconds(ticks.into()))),
                 Consequence::Stop => ("stop", None),
             };
-            json!({
-                "robot": setup.id(fault.robot),
-                "time": seconds(fault.record.tick),
-                "count": fault.record.count,
-                "consequence": consequence,
-                "pause": pause,
-                "code": crate::fault::code(fault.record.fault.code),
-                "file": place.and_then(|(file, _)| file),
-                "line": place.map(|(_, place)| place.line),
-                "column": place.map(|(_, place)| place.column),
-            })
+            let mut object = described(setup, programs, fault).json();
+            object["robot"] = setup.id(fault.robot).into();
+            object["time"] = seconds(fault.record.tick).into();
+            object["count"] = fault.record.count.into();
+            object["consequence"] = consequence.into();
+            object["pause"] = pause.into();
+            object["file"] = place.and_then(|(file, _)| file).into();
+            object["line"] = place.map(|(_, place)| place.line).into();
+            object["column"] = place.map(|(_, place)| place.column).into();
+            object
         })
         .collect();
     let plot = setup.scenario.output.plot.iter().zip(&summary.values);
@@ -242,19 +240,25 @@ pub fn faults(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) {
             continue;
         }
         printed.push(key(fault));
-        let record = &fault.record;
-        let program = &programs[record.program.0];
         let alike: Vec<&FaultOf> =
             summary.faults.iter().filter(|other| key(other) == key(fault)).collect();
-        let memory = record.memory.as_ref().map(|memory| memory::text(memory, program));
-        let notes: Vec<String> = std::iter::once(note(setup, &alike)).chain(memory).collect();
-        let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
-        // Firmware does not report the accepted arguments.
-        let robot = Some(&setup.scenario.group(setup.group(fault.robot)).robot);
-        let refusal =
-            record.refusal.clone().or_else(|| fault::accepted(&record.fault, program, robot));
-        fault::report(&record.fault, program, &backtrace, refusal.as_deref(), &notes);
+        report::print(described(setup, programs, fault).message(&[note(setup, &alike)]));
     }
+}
+
+/// Describes a fault of a robot.
+fn described<'a>(
+    setup: &Setup,
+    programs: &'a [LoadedProgram],
+    FaultOf { robot, record }: &FaultOf,
+) -> FaultReport<'a> {
+    let program = programs[record.program.0].known();
+    let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
+    // Firmware does not report the accepted arguments.
+    let robot = Some(&setup.scenario.group(setup.group(*robot)).robot);
+    let refusal = record.refusal.clone().or_else(|| accepted(&record.fault, program, robot));
+    let report = FaultReport::new(&record.fault, backtrace, refusal.as_deref());
+    report.with_memory(record.memory.as_ref())
 }
 
 /// Describes the first of some faults at one place, and the number of the others.

@@ -12,16 +12,15 @@ use bittybuzz_arena::robot::Piece;
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_comms::trace::{Items, PrintedValue, Record, RecordError, Unused};
 use bittybuzz_compiler::refusal;
+use bittybuzz_fault::{Backtrace, FaultReport as ReportedFault, accepted};
 #[cfg(feature = "view")]
-use bittybuzz_live::{FaultPlace, ReportContent as Reported, RobotReport};
+use bittybuzz_live::{ReportContent as Reported, RobotReport};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_vm_core::image::VERSION;
 use bittybuzz_vm_core::{Fault, ImageError};
 use serde_json::{Value, json};
 
-use crate::backtrace::Backtrace;
 use crate::exit::ExitStatus;
-use crate::fault;
 use crate::output::{OutputError, ScriptOutput};
 use crate::program::LoadedProgram;
 use crate::report;
@@ -383,38 +382,31 @@ impl<'a> TracePrinter<'a> {
         is_contained: bool,
     ) {
         self.ending = ExitStatus::RuntimeError;
+        let program = self.program().known();
+        let expected = accepted(fault, program, self.robot);
+        let backtrace = Backtrace::new(program, positions, None);
+        let positions = (self.format == TraceFormat::Json).then(|| backtrace.positions());
+        let described = ReportedFault::new(fault, backtrace, expected.as_deref());
         #[cfg(feature = "view")]
         if self.format == TraceFormat::Page {
-            let symbols = self.program().symbols.as_ref();
-            let places = positions.iter().map(|at| FaultPlace::find(symbols?, *at)).collect();
-            let code = fault::code(fault.code);
-            return self.send(time, Reported::Fault { code, is_contained, places });
+            let description = described.description();
+            return self.send(time, Reported::Fault { is_contained, description });
         }
-        let program = self.program();
-        let expected = fault::accepted(fault, program, self.robot);
-        let json = self.format == TraceFormat::Json;
-        let object =
-            json.then(|| json::fault(step, fault, program, &positions, expected.as_deref()));
-        if let Some(mut object) = object {
-            if is_contained {
-                object["kind"] = json!("contained");
-            }
+        if let Some(positions) = positions {
+            let mut object = described.json();
+            object["kind"] = if is_contained { "contained" } else { "fault" }.into();
+            object["step"] = step.into();
+            object["calls"] = positions.into();
             return self.entry(time, "", b"", object);
         }
         let step = step.map(|step| format!("after {}", report::counted(step, "complete step")));
         let time = time.map(|time| format!("at {time:.6} s"));
         let end = is_contained.then(|| CONTAINED.to_owned());
         let note = [step, time, end].into_iter().flatten().collect::<Vec<_>>().join(", ");
+        let notes: Vec<String> = Some(note).filter(|note| !note.is_empty()).into_iter().collect();
+        let message = described.message(&notes);
         self.output.flush();
-        let program = self.program();
-        let backtrace = Backtrace::new(program, positions, None);
-        fault::report(
-            fault,
-            program,
-            &backtrace,
-            expected.as_deref(),
-            &Some(note).filter(|note| !note.is_empty()).into_iter().collect::<Vec<_>>(),
-        );
+        report::print(message);
     }
 
     fn refused(&mut self, time: Option<f64>, cause: ImageError) {

@@ -52,7 +52,8 @@ fn ticks(robot: &str, group: &str, firmware: &Path, core: Core, number: u16, val
         Options { robot, robots: bittybuzz_robot_files::all_shipped(), ..Options::default() };
     let compiled =
         compile(Path::new(file.path()), script, &IncludeLoader::new(&DiskFiles), &options);
-    let program = Program { image: compiled.image.unwrap(), symbols: compiled.symbols };
+    let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
+    let program = Program { image: compiled.image.unwrap(), symbols, sources };
     let model = scenario.groups[0].model.name();
     let setup = Setup::new(scenario, vec![program]).unwrap();
     let setup = Arc::new(setup.emulated_by(model, core.program().to_owned()));

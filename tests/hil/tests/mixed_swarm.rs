@@ -36,7 +36,8 @@ fn programs(scenario: &Scenario) -> Vec<Program> {
         let robots = bittybuzz_robot_files::all_shipped();
         let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
         let compiled = compile(&group.script, text, &loader, &options);
-        Program { image: compiled.image.unwrap(), symbols: compiled.symbols }
+        let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
+        Program { image: compiled.image.unwrap(), symbols, sources }
     };
     scenario.groups.iter().map(compiled).collect()
 }

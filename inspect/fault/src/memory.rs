@@ -2,20 +2,19 @@
 
 use bittybuzz_inspect::ScriptMemory;
 
-use crate::program::LoadedProgram;
-use crate::report::counted;
+use crate::program::KnownProgram;
 
 /// The most globals that are named, those that hold most slots first.
 const NAMED: usize = 3;
 
 /// Describes the memory in one sentence.
-pub fn text(memory: &ScriptMemory, program: &LoadedProgram) -> String {
+pub fn text(memory: &ScriptMemory, program: KnownProgram<'_>) -> String {
     let ScriptMemory { slots, stack, heap, held } = memory;
-    let all = counted(*slots, "slot");
+    let all = format!("{slots} slot{}", if *slots == 1 { "" } else { "s" });
     let mut text =
         format!("of {all}, globals and calls take {stack}, tables, closures and strings {heap}");
     let name = |number: u16| {
-        let names = program.symbols.as_ref().map(|symbols| &symbols.globals);
+        let names = program.symbols.map(|symbols| &symbols.globals);
         match names.and_then(|names| names.get(usize::from(number))) {
             Some(name) => format!("`{name}`"),
             None => format!("global {number}"),

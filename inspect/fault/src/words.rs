@@ -1,49 +1,12 @@
-//! Run-time errors: their codes, and their meaning in this script.
-//!
-//! The machine reports a cause, the types of the operands and a position. The instruction at that
-//! position gives the operation, and the symbols give the place; together they make a sentence
-//! about the script.
+//! The meaning of a run-time error in its script.
 
-use annotate_snippets::Level;
 use bittybuzz_robot_spec::{NumberProfile, Robot};
 use bittybuzz_vm_core::builtin::{self, BuiltinInfo, Library};
 use bittybuzz_vm_core::{Fault, FaultCode, Refusal, Type, opcode};
-use serde_json::{Value, json};
 
-use crate::backtrace::Backtrace;
 use crate::instruction::{self, ByteCodeInstruction};
 use crate::operand;
-use crate::program::LoadedProgram;
-use crate::report;
-
-/// Returns the code of a cause as it is printed: `R0005`. `docs/diagnostics.md` explains each.
-pub fn code(cause: FaultCode) -> String {
-    format!("R{:04}", cause as u8)
-}
-
-/// Returns a line that names the cause.
-pub fn title(cause: FaultCode) -> &'static str {
-    match cause {
-        FaultCode::WrongType => "an operand of the wrong type",
-        FaultCode::NotATable => "a field of something that is no table",
-        FaultCode::NotCallable => "a call of something that is no function",
-        FaultCode::BadKey => "a table key that is neither number nor string",
-        FaultCode::DivisionByZero => "an integer division by zero",
-        FaultCode::ShiftRange => "a shift by more bits than an integer has",
-        FaultCode::MissingArgument => "an argument that was not passed",
-        FaultCode::Unordered => "a comparison of values that have no order",
-        FaultCode::StackOverflow => "calls that are nested too deep",
-        FaultCode::OutOfMemory => "no memory for a table, closure or string",
-        FaultCode::AssertFailed => "an assertion that failed",
-        FaultCode::RobotRefused => "a robot function that refused its arguments",
-        FaultCode::StoreFull => "a stigmergy that is full",
-        FaultCode::NotSendable => "a value that cannot be sent",
-        FaultCode::TooLong => "a value that is too long to be sent",
-        FaultCode::BadNumber => "a number that no swarm or stigmergy can have",
-        FaultCode::TooMany => "more swarms or stigmergies than the robot has memory for",
-        FaultCode::TextTooLong => "a string that is too long",
-    }
-}
+use crate::program::KnownProgram;
 
 /// A fault in words.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,11 +21,11 @@ pub struct Words {
 /// lists the arguments that the robot function accepts, if it refused those of the call.
 pub fn describe(
     fault: &Fault,
-    program: &LoadedProgram,
+    program: KnownProgram<'_>,
     marked: Option<&str>,
     refusal: Option<&str>,
 ) -> Words {
-    let instruction = instruction::ending_at(&program.image, fault.position);
+    let instruction = instruction::ending_at(program.image, fault.position);
     let what = FaultText { fault, program, instruction, callee: callee(instruction, program) };
     let nil = marked.and_then(|marked| operand::nil(marked, fault));
     let mut headline = what.headline(marked);
@@ -78,46 +41,20 @@ pub fn describe(
     Words { headline, help }
 }
 
-/// Prints a fault with its place and help. `notes` add the circumstances.
-pub fn report(
-    fault: &Fault,
-    program: &LoadedProgram,
-    backtrace: &Backtrace<'_>,
-    refusal: Option<&str>,
-    notes: &[String],
-) {
-    let words = describe(fault, program, backtrace.marked().as_deref(), refusal);
-    let title = Level::ERROR.primary_title(words.headline).id(code(fault.code));
-    let notes = notes.iter().map(|note| Level::NOTE.message(report::printable(note)));
-    let help = words.help.map(|help| Level::HELP.message(help));
-    report::print(title.elements(backtrace.elements()).elements(notes).elements(help));
-}
-
-/// Returns a fault as JSON: code, message, help, and the places of the calls, innermost first.
-pub fn json(
-    fault: &Fault,
-    program: &LoadedProgram,
-    backtrace: &Backtrace<'_>,
-    refusal: Option<&str>,
-) -> Value {
-    let Words { headline, help } = describe(fault, program, backtrace.marked().as_deref(), refusal);
-    json!({ "code": code(fault.code), "message": headline, "help": help, "calls": backtrace.places() })
-}
-
 /// Returns the arguments that a robot's function accepts, after it has refused others.
-pub fn accepted(fault: &Fault, program: &LoadedProgram, robot: Option<&Robot>) -> Option<String> {
+pub fn accepted(fault: &Fault, program: KnownProgram<'_>, robot: Option<&Robot>) -> Option<String> {
     match fault.code {
         FaultCode::WrongType => {}
         FaultCode::RobotRefused if fault.detail == Refusal::ArgumentCount as u16 => {}
         _ => return None,
     }
-    let name = import(instruction::ending_at(&program.image, fault.position)?, program)?;
+    let name = import(instruction::ending_at(program.image, fault.position)?, program)?;
     Some(bittybuzz_robot_spec::accepted_lists(&[robot?.function(name)?]))
 }
 
 struct FaultText<'a> {
     fault: &'a Fault,
-    program: &'a LoadedProgram,
+    program: KnownProgram<'a>,
     instruction: Option<ByteCodeInstruction>,
     /// The built-in or robot function that was called.
     callee: Option<String>,
@@ -337,7 +274,7 @@ impl FaultText<'_> {
 
 /// Returns the quoted name of the built-in or robot function that an instruction calls; `None` for
 /// other instructions, and for numbers of functions that only a damaged image has.
-fn callee(instruction: Option<ByteCodeInstruction>, program: &LoadedProgram) -> Option<String> {
+fn callee(instruction: Option<ByteCodeInstruction>, program: KnownProgram<'_>) -> Option<String> {
     let ByteCodeInstruction { opcode, operand } = instruction?;
     match opcode {
         opcode::CALL_BUILTIN => Some(builtin_name(builtin::info(u8::try_from(operand).ok()?)?)),
@@ -357,11 +294,11 @@ fn builtin_name(info: &BuiltinInfo) -> String {
 }
 
 /// Returns the name of the robot function that an instruction calls.
-fn import(instruction: ByteCodeInstruction, program: &LoadedProgram) -> Option<&str> {
+fn import(instruction: ByteCodeInstruction, program: KnownProgram<'_>) -> Option<&str> {
     let ByteCodeInstruction { opcode: opcode::CALL_ROBOT, operand } = instruction else {
         return None;
     };
-    let imports = &program.symbols.as_ref()?.imports;
+    let imports = &program.symbols?.imports;
     imports.get(usize::try_from(operand).ok()?).map(String::as_str)
 }
 

@@ -15,11 +15,7 @@ const TARGET: &str = "x = ";
 /// instruction.
 pub fn nil(marked: &str, fault: &Fault) -> Option<String> {
     let Fault { code, operands, .. } = *fault;
-    let statement = format!("{TARGET}{marked}");
-    let (text, stmt) = match only_statement(&statement) {
-        Some(stmt) => (statement.as_str(), stmt),
-        None => (marked, only_statement(marked)?),
-    };
+    let (text, stmt) = parsed(marked)?;
     let expr = match &stmt.kind {
         // The instruction is the assignment itself: its target is not a table.
         StmtKind::Assign { target, .. } if text == marked => target,
@@ -78,6 +74,16 @@ fn computed(expr: &Expr, operands: [Type; 2]) -> Option<&Expr> {
         }
         _ => None,
     }
+}
+
+/// Parses the source text of an instruction: an expression as the value of an assignment, anything
+/// else as a statement. Returns the text to which the spans of the statement refer.
+pub fn parsed(marked: &str) -> Option<(String, Stmt)> {
+    let statement = format!("{TARGET}{marked}");
+    if let Some(stmt) = only_statement(&statement) {
+        return Some((statement, stmt));
+    }
+    Some((marked.to_owned(), only_statement(marked)?))
 }
 
 fn only_statement(text: &str) -> Option<Stmt> {

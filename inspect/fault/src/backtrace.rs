@@ -7,8 +7,9 @@ use bittybuzz_compiler::symbols::{SourceSpan, Symbols};
 use bittybuzz_vm_core::Entry;
 use serde_json::{Value, json};
 
-use crate::program::LoadedProgram;
-use crate::report::printable;
+use crate::description::FaultPlace;
+use crate::printable;
+use crate::program::KnownProgram;
 
 /// The number of innermost calls that are shown. An endless recursion has thousands.
 const INNERMOST: usize = 6;
@@ -18,7 +19,7 @@ const OUTERMOST: usize = 2;
 
 /// The place at which the machine stopped.
 pub struct Backtrace<'a> {
-    program: &'a LoadedProgram,
+    program: KnownProgram<'a>,
     /// Positions in the code: the instruction that stopped, then the calls that led there.
     positions: Vec<u16>,
     /// The entry that the robot called, if it is known.
@@ -27,14 +28,19 @@ pub struct Backtrace<'a> {
 
 impl<'a> Backtrace<'a> {
     /// Returns the backtrace of the machine's positions, innermost first.
-    pub fn new(program: &'a LoadedProgram, positions: Vec<u16>, entry: Option<Entry>) -> Self {
+    pub fn new(program: KnownProgram<'a>, positions: Vec<u16>, entry: Option<Entry>) -> Self {
         Backtrace { program, positions, entry }
+    }
+
+    /// Returns the program.
+    pub(crate) fn program(&self) -> KnownProgram<'a> {
+        self.program
     }
 
     /// Returns the source text of the instruction, if it is on one line.
     pub fn marked(&self) -> Option<String> {
         let place = self.place().filter(|place| place.line == place.end_line)?;
-        let source = self.program.source(place.file)?;
+        let source = self.program.sources.source(place.file)?;
         let line = source.lines().nth(index(place.line))?;
         let (start, end) = (index(place.column), index(place.end_column));
         Some(line.chars().take(end).skip(start).collect())
@@ -43,7 +49,7 @@ impl<'a> Backtrace<'a> {
     /// Returns the places of the instruction and of the calls that led there as JSON, innermost
     /// first.
     pub fn places(&self) -> Vec<Value> {
-        let Some(symbols) = &self.program.symbols else { return Vec::new() };
+        let Some(symbols) = self.program.symbols else { return Vec::new() };
         let place = |position: &u16| {
             let position = u32::from(*position);
             let place = symbols.position(position)?;
@@ -57,10 +63,58 @@ impl<'a> Backtrace<'a> {
         self.positions.iter().filter_map(place).collect()
     }
 
+    /// Returns the positions of the instruction and of the calls that led there as JSON, innermost
+    /// first. Without symbols, all their fields are null except the position.
+    pub fn positions(&self) -> Vec<Value> {
+        let call = |position: &u16| {
+            let (symbols, at) = (self.program.symbols, u32::from(*position));
+            let place = symbols.and_then(|symbols| symbols.position(at));
+            let function = symbols.and_then(|symbols| symbols.function(at));
+            json!({
+                "position": position,
+                "function": function.map(|function| &function.name),
+                "file": place.and_then(|place| symbols?.file(place.file)),
+                "line": place.map(|place| place.line),
+                "column": place.map(|place| place.column),
+                "end_line": place.map(|place| place.end_line),
+                "end_column": place.map(|place| place.end_column),
+            })
+        };
+        self.positions.iter().map(call).collect()
+    }
+
+    /// Returns the places of the innermost and the outermost calls, innermost first, and the number
+    /// of calls between them.
+    pub(crate) fn described(&self) -> (Vec<Option<FaultPlace>>, usize) {
+        let count = self.positions.len();
+        let is_shown = |number: usize| number < INNERMOST || number + OUTERMOST >= count;
+        let shown = self.positions.iter().enumerate().filter(|(number, _)| is_shown(*number));
+        let places: Vec<_> = shown.map(|(_, position)| self.described_place(*position)).collect();
+        let left_out = count - places.len();
+        (places, left_out)
+    }
+
+    fn described_place(&self, position: u16) -> Option<FaultPlace> {
+        let (symbols, position) = (self.program.symbols?, u32::from(position));
+        let SourceSpan { file, line, column, end_line, end_column } = symbols.position(position)?;
+        let source = self.program.sources.source(file);
+        let text = source.as_deref().and_then(|text| text.lines().nth(index(line)));
+        Some(FaultPlace {
+            file: symbols.file(file)?.to_owned(),
+            line,
+            column,
+            end_line,
+            end_column,
+            function: symbols.function(position).map(|function| function.name.clone()),
+            text: text.filter(|line| line.len() <= WIDE_LINE).map(str::to_owned),
+            script: None,
+        })
+    }
+
     /// Returns place, source line and calls for a message.
     pub fn elements(&self) -> Vec<Element<'static>> {
         let mut elements = Vec::new();
-        match (self.place(), &self.program.symbols, self.positions.first()) {
+        match (self.place(), self.program.symbols, self.positions.first()) {
             (Some(place), Some(symbols), _) => elements.push(self.source(place, symbols)),
             (_, _, Some(position)) => elements.push(note(format!(
                 "at position {position} of the code; without symbols, file and line are unknown"
@@ -84,7 +138,7 @@ impl<'a> Backtrace<'a> {
     }
 
     fn place(&self) -> Option<SourceSpan> {
-        self.program.symbols.as_ref()?.position(u32::from(*self.positions.first()?))
+        self.program.symbols?.position(u32::from(*self.positions.first()?))
     }
 
     /// Returns the source line with the instruction marked, or only the place if there is no such
@@ -92,7 +146,7 @@ impl<'a> Backtrace<'a> {
     fn source(&self, place: SourceSpan, symbols: &Symbols) -> Element<'static> {
         // A damaged file of symbols may have places in files that it does not list.
         let path = printable(symbols.file(place.file).unwrap_or("<unknown>"));
-        let source = self.program.source(place.file);
+        let source = self.program.sources.source(place.file);
         let line = source.as_deref().and_then(|text| text.lines().nth(index(place.line)));
         let Some(line) = line.filter(|line| line.len() <= LINE_BYTES_MAX) else {
             let (line, column) = (index(place.line) + 1, index(place.column) + 1);
@@ -116,7 +170,7 @@ impl<'a> Backtrace<'a> {
 
     /// Returns a line for each function that was running, innermost first.
     fn calls(&self) -> Vec<String> {
-        let Some(symbols) = &self.program.symbols else { return Vec::new() };
+        let Some(symbols) = self.program.symbols else { return Vec::new() };
         let name = |position: u16| match symbols.function(u32::from(position)) {
             // The global code and lambdas have descriptions instead of names.
             Some(function) if function.name.contains(' ') => function.name.clone(),
