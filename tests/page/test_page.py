@@ -282,7 +282,10 @@ def test_a_click_inspects_a_robot(page):
 def test_the_last_fault_is_shown_with_its_line(page):
     go(page, 30)
     page.mouse.click(*place(page, 40, 0))
-    expect(robot(page, 7).locator(".fault")).to_have_text("Error R0005 at 2.0 s: s.bzz:11, in step")
+    fault = robot(page, 7).locator(".fault")
+    expect(fault).to_contain_text("Error R0005 at 2.0 s: integer division by zero")
+    expect(fault.get_by_role("button", name="s.bzz:11, in step")).to_be_visible()
+    expect(fault.locator(".value")).to_have_text("n is 20")
     page.mouse.click(*place(page, -30, 0))
     expect(robot(page, 6).locator(".fault")).to_be_hidden()
 
@@ -377,7 +380,7 @@ def test_log_lines_faults_and_expectations_are_listed(page):
     # The script starts again after its fault, and logs the line once more.
     line = log.locator("p", has_text="n is 5").first
     expect(line).to_contain_text("0.5")
-    expect(log.locator(".fault").first).to_contain_text("error R0005 in s.bzz:11")
+    expect(log.locator(".fault").first).to_contain_text("integer division by zero s.bzz:11, in step")
     log.locator(".fault").first.get_by_role("button", name="Explain").click()
     expect(page.locator("#explanation h2")).to_contain_text("R0005")
     page.locator("#explanation").get_by_role("button").click()
@@ -397,7 +400,7 @@ def test_log_lines_faults_and_expectations_are_listed(page):
 
 def test_the_keyboard_is_enough(page):
     controls = ["start", "back", "play", "step", "rate", "save", "keys"]
-    display = ["canvas", "color", "messages", "trails", "picture", "drawing"]
+    display = ["canvas", "color", "messages", "trails", "stop-on-error", "picture", "drawing"]
     for part in [*controls, *display, "tab-robot", "time"]:
         page.keyboard.press("Tab")
         expect(page.locator(f"#{part}")).to_be_focused()

@@ -15,6 +15,7 @@ export interface Parts {
     rate: HTMLSelectElement;
     "run-on": HTMLSelectElement;
     "script-name": HTMLSelectElement;
+    "stop-on-error": HTMLInputElement;
     tilted: HTMLInputElement;
     time: HTMLInputElement;
     trails: HTMLInputElement;

@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 28] = [
+const ASSETS: [Asset; 29] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("buzz.js", SCRIPT),
@@ -37,6 +37,7 @@ const ASSETS: [Asset; 28] = [
     asset!("drawing.js", SCRIPT),
     asset!("editor.js", SCRIPT),
     asset!("element.js", SCRIPT),
+    asset!("fault.js", SCRIPT),
     asset!("ground.js", SCRIPT),
     asset!("log.js", SCRIPT),
     asset!("main.js", SCRIPT),

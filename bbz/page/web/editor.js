@@ -2,6 +2,7 @@
 
 import { buzz, completing } from "./buzz.js";
 import { element, inside, part, save } from "./element.js";
+import { faultParts, markOf } from "./fault.js";
 import { texts } from "./texts.js";
 import {
     autocompletion, bracketMatching, closeBrackets, closeBracketsKeymap, completionKeymap, defaultKeymap, drawSelection, EditorState,
@@ -35,7 +36,7 @@ const theme = EditorView.theme({
 });
 
 /**
- * @import { CompilerMessage, DiagnosticsEvent, ExplanationEvent, RanEvent, ScriptEvent, SuggestedEdit, Word, WrittenEvent } from "./events"
+ * @import { CompilerMessage, DiagnosticsEvent, ExplanationEvent, FaultEvent, FaultPlace, RanEvent, ScriptEvent, SuggestedEdit, Word, WrittenEvent } from "./events"
  * @import { Ask, Texts, World } from "./page"
  */
 
@@ -79,6 +80,9 @@ export class Editor {
         this.scripts = new Map();
         /** @type {Script | null} */
         this.shown = null;
+        // The fault that is marked, and its place.
+        /** @type {{ fault: FaultEvent, place: FaultPlace, robot: string } | null} */
+        this.marked = null;
         // Styles of the editor's packages get into a shadow tree without an exception from the page's policy.
         const root = part("text").attachShadow({ mode: "open" });
         this.view = new EditorView({ root, parent: root });
@@ -107,6 +111,7 @@ export class Editor {
         part("tab-script").hidden = names.length === 0;
         this.mayWrite = scripts?.may_write ?? false;
         part("script-name").replaceChildren(...names.map((name) => new Option(name)));
+        this.showFault(null);
         const name = before !== null && names.includes(before) ? before : names[0];
         if (name === undefined || name !== before) {
             this.shown = null;
@@ -157,6 +162,47 @@ export class Editor {
         this.take();
         this.check();
         this.onText();
+        this.goToMark();
+    }
+
+    // Shows a fault below the text and marks its place, in the script to which that belongs; `null`: no more.
+    /**
+     * @param {{ fault: FaultEvent, place: FaultPlace, robot: string } | null} marked
+     */
+    showFault(marked) {
+        this.marked = marked;
+        part("fault").hidden = !marked;
+        if (!marked) {
+            // Its answer has the other marks alone.
+            this.check();
+            return;
+        }
+        const { fault, place, robot } = marked;
+        const open = (/** @type {FaultEvent} */ of, /** @type {FaultPlace} */ at) => this.showFault({ fault: of, place: at, robot });
+        part("fault").replaceChildren(
+            element("button", { type: "button", title: texts.explainHelp, onclick: () => this.ask({ explain: { code: fault.code } }) }, fault.code),
+            element("p", {}, element("b", {}, `${robot}: `), ...faultParts(fault, open, true)),
+            element("button", { type: "button", title: texts.hideFault, "aria-label": texts.hideFault, onclick: () => this.showFault(null) }, "×"));
+        if (this.shown?.name === place.script) {
+            this.check();
+            this.goToMark();
+        } else if (place.script) {
+            part("script-name").value = place.script;
+            this.open(place.script);
+        }
+    }
+
+    get mark() {
+        const { marked, shown } = this;
+        return marked && marked.place.script === shown?.name ? markOf(this.view.state.doc, marked.fault, marked.place) : null;
+    }
+
+    // The cursor stays where it is: somebody may be typing.
+    goToMark() {
+        const { mark } = this;
+        if (mark) {
+            this.view.dispatch({ effects: EditorView.scrollIntoView(mark.from, { y: "center" }) });
+        }
     }
 
     /** @param {string} name */
@@ -285,6 +331,7 @@ export class Editor {
     /** @param {RanEvent} event */
     ran({ draft }) {
         part("script-status").textContent = texts.ran(draft);
+        this.showFault(null);
         this.onRun();
     }
 
@@ -350,6 +397,7 @@ export class Editor {
             from: one.from, to: Math.max(one.from, at(one.end_line, one.end_column)), severity: one.severity, source: one.code,
             message: one.help ? `${one.message}\n${texts.help}: ${one.help}` : one.message,
         }));
+        marks.push(...(this.mark ? [this.mark] : []));
         marks.sort((a, b) => a.from - b.from);
         this.view.dispatch(setDiagnostics(this.view.state, marks));
         const explain = (/** @type {string} */ code) => () => this.ask({ explain: { code } });
@@ -357,13 +405,20 @@ export class Editor {
             // Mistakes of scenarios have no code, and some have no place.
             ...(one.code ? [element("button", { type: "button", title: texts.explainHelp, onclick: explain(one.code) }, one.code)] : []),
             ...(one.file ? [element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => this.goTo(one.from) },
-                isHere(one) ? texts.line(one.line ?? 1) : `${one.file}:${one.line}`)] : []),
+                isHere(one) ? texts.line(one.line ?? 1) : `${this.shortName(one.file)}:${one.line}`)] : []),
             element("span", {}, one.message, ...(one.help ? [element("small", {}, ` ${one.help}`)] : [])),
             ...(one.fix ? [element("button", { type: "button", title: texts.fixHelp, onclick: one.fix }, texts.fix)] : [])));
         const others = problems.map(({ line, problem }) => element("li", {},
             element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => this.goTo(at(line, 1)) }, texts.line(line)),
             element("span", {}, problem)));
         part("diagnostics").replaceChildren(...lines, ...others);
+    }
+
+    // A file in the folder of the scenario has no other name for users.
+    /** @param {string} file */
+    shortName(file) {
+        const folder = this.world?.replace(/[^\\/]*$/, "") ?? "";
+        return file.startsWith(folder) ? file.slice(folder.length) : file;
     }
 
     /** @param {number} place in the text */

@@ -36,11 +36,11 @@ export class Log {
      * @param {number} seconds
      * @param {number} robot its number
      * @param {number} id
-     * @param {string} text
+     * @param {(string | Node)[]} content
      * @param {string} kind
      * @param {string} [code] that of an error
      */
-    add(tick, seconds, robot, id, text, kind, code) {
+    add(tick, seconds, robot, id, content, kind, code) {
         const log = part("log");
         log.querySelector(".none")?.remove();
         const isAtEnd = log.scrollTop + log.clientHeight > log.scrollHeight - 30;
@@ -48,8 +48,8 @@ export class Log {
         const line = element("p", { class: kind },
             element("time", {}, seconds.toFixed(1)),
             element("button", { type: "button", title: texts.robot(id), onclick: choose }, String(id)),
-            element("span", {}, text),
-            ...(code ? [element("button", { type: "button", title: texts.explainHelp, onclick: () => this.onExplain(code) }, texts.explain)] : []));
+            element("span", {}, ...content,
+                ...(code ? [element("button", { type: "button", title: texts.explainHelp, onclick: () => this.onExplain(code) }, texts.explain)] : [])));
         log.append(Object.assign(line, { tick }));
         while (log.childElementCount > LINES_MAX) {
             log.firstElementChild?.remove();

@@ -4,6 +4,7 @@ import { Controls } from "./controls.js";
 import { Curve } from "./curve.js";
 import { Editor } from "./editor.js";
 import { element, fillTexts, inside, part, row, save, showIcon, Tabs } from "./element.js";
+import { editedPlace, faultParts } from "./fault.js";
 import { Ground } from "./ground.js";
 import { Log, showTests } from "./log.js";
 import { DisplayOptions } from "./display.js";
@@ -17,7 +18,7 @@ import { Trials } from "./trials.js";
 import { View } from "./view.js";
 
 /**
- * @import { CommandDescription, LogEvent, StateEvent } from "./events"
+ * @import { CommandDescription, FaultEvent, FaultPlace, LogEvent, StateEvent } from "./events"
  * @import { Ask, Handlers, World } from "./page"
  */
 
@@ -50,7 +51,7 @@ fillTexts();
 const robots = new Robots();
 const view = new View(part("canvas"));
 const tabs = new Tabs(["robot", "script", "log", "tests", "ground"]);
-const panel = new RobotPanel(robots, command, compare);
+const panel = new RobotPanel(robots, command, compare, openPlace);
 const log = new Log(choose, (code) => ask({ explain: { code } }));
 const ground = new Ground(command, ask, () => view.beginCut());
 const controls = new Controls(command);
@@ -115,6 +116,7 @@ const handlers = {
         curve.begin(begun);
         display.begin(begun);
         controls.begin(begun.controls ?? []);
+        part("stop-on-error").checked = begun.stops_on_error ?? false;
         editor.begin(begun);
         showLights();
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
@@ -162,12 +164,19 @@ const handlers = {
         controls.follow(event.commands, robots.tick);
     },
     log(event) {
-        line(event, event.text, "");
+        line(event, [event.text], "");
     },
     fault(event) {
-        const text = texts.fault(event.code, event.places[0]);
-        line(event, text, "fault", event.code);
-        timeLine.mark("fault", event.tick, `${texts.robot(robots.ids[event.robot])}: ${text}`);
+        line(event, faultParts(event, openPlace), "fault", event.code);
+        timeLine.mark("fault", event.tick, `${texts.robot(robots.ids[event.robot])}: ${event.message}`);
+    },
+    stopped({ fault, others }) {
+        choose(fault.robot);
+        const place = editedPlace(fault);
+        if (place) {
+            openPlace(fault, place);
+        }
+        showStatus(texts.stoppedBy(robots.ids[fault.robot], fault.consequence === "contained", others));
     },
     expectation({ number, verdict, tick }) {
         const expectations = world?.expectations ?? [];
@@ -292,6 +301,17 @@ function compare(robot) {
     curve.changed();
 }
 
+// Shows the place of a fault in the editor.
+/**
+ * @param {FaultEvent} fault
+ * @param {FaultPlace} place
+ */
+function openPlace(fault, place) {
+    tabs.show("script");
+    const robot = texts.robotAt(robots.ids[fault.robot], fault.tick / (world?.ticks_per_second ?? 1));
+    editor.showFault({ fault, place, robot });
+}
+
 function play() {
     const rate = Number(part("rate").value);
     ask(state.plays ? "pause" : { play: rate > 0 ? { rate } : {} });
@@ -332,12 +352,12 @@ function showCommands(commands) {
 
 /**
  * @param {Pick<LogEvent, "tick" | "robot">} event
- * @param {string} text
+ * @param {(string | Node)[]} content
  * @param {string} kind
  * @param {string} [code]
  */
-function line({ tick, robot }, text, kind, code) {
-    log.add(tick, tick / (world?.ticks_per_second ?? 1), robot, robots.ids[robot] ?? robot, text, kind, code);
+function line({ tick, robot }, content, kind, code) {
+    log.add(tick, tick / (world?.ticks_per_second ?? 1), robot, robots.ids[robot] ?? robot, content, kind, code);
 }
 
 for (const rate of RATES) {
@@ -364,6 +384,7 @@ part("start").onclick = goHome;
 part("back").onclick = goBack;
 part("play").onclick = play;
 part("step").onclick = step;
+part("stop-on-error").onchange = () => ask({ stop_on_error: { on: part("stop-on-error").checked } });
 part("rate").onchange = () => {
     if (state.plays) {
         state.plays = false;

@@ -30,16 +30,40 @@ export class Memory {
         }
     }
 
+    // Shows the variables of a script alone: those of its calls, innermost first, and its globals.
+    /**
+     * @param {HTMLElement} place
+     * @param {MemoryDescription} held
+     */
+    showScript(place, held) {
+        this.objects = held.objects;
+        place.replaceChildren(...this.frames(held), this.globals(held));
+    }
+
+    /**
+     * @param {NamedValue[]} pairs
+     * @param {string} path
+     */
+    named(pairs, path) {
+        return pairs.filter(([name]) => !name.includes(" ")).map(([name, one]) => row(name, this.value(one, `${path}.${name}`)));
+    }
+
+    /** @param {MemoryDescription} held */
+    globals(held) {
+        return section(texts.globals, this.named(held.globals, "globals"));
+    }
+
+    /** @param {MemoryDescription} held */
+    frames(held) {
+        return held.frames.map((frame, index) => {
+            const at = frame.source ? `${frame.source.file}:${frame.source.line}` : "";
+            return section(`${texts.frame} ${frame.function} ${at}`, this.named(frame.locals, `frame ${index}`));
+        });
+    }
+
     /** @param {MemoryDescription} held */
     sections(held) {
-        /** @type {(pairs: NamedValue[], path: string) => Node[]} */
-        const named = (pairs, path) => pairs.filter(([name]) => !name.includes(" "))
-            .map(([name, one]) => row(name, this.value(one, `${path}.${name}`)));
-        const parts = [section(texts.globals, named(held.globals, "globals"))];
-        for (const [index, frame] of held.frames.entries()) {
-            const at = frame.source ? `${frame.source.file}:${frame.source.line}` : "";
-            parts.push(section(`${texts.frame} ${frame.function} ${at}`, named(frame.locals, `frame ${index}`)));
-        }
+        const parts = [this.globals(held), ...this.frames(held)];
         parts.push(section(texts.neighbors, held.neighbors.map((one) => row(texts.robot(one.id), texts.neighbor(one)))));
         if (held.swarms.length > 0) {
             parts.push(section(texts.swarms, held.swarms.map((one) => row(String(one.number), texts.swarm(one.is_member)))));

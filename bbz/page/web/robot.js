@@ -1,11 +1,13 @@
 // The panel of the chosen robot.
 
 import { element, part, row } from "./element.js";
+import { faultParts } from "./fault.js";
 import { Memory } from "./memory.js";
 import { texts } from "./texts.js";
 
 /**
  * @import { InspectionEvent } from "./events"
+ * @import { OpenPlace } from "./fault.js"
  * @import { Place, World } from "./page"
  * @import { Robots } from "./recording.js"
  */
@@ -16,16 +18,20 @@ const ACTIONS = ["fail", "stop", "resume", "restart"];
 export class RobotPanel {
     // `command(text)` gives a command.
     // `compare(robot)` shows its curve next to others, or hides it.
+    // `openPlace(fault, place)` shows the place of a fault in the editor.
     /**
      * @param {Robots} robots
      * @param {(text: string) => void} command
      * @param {(robot: number) => void} compare
+     * @param {OpenPlace} openPlace
      */
-    constructor(robots, command, compare) {
+    constructor(robots, command, compare, openPlace) {
         this.robots = robots;
         this.command = command;
         this.compare = compare;
+        this.openPlace = openPlace;
         this.memory = new Memory();
+        this.memoryAtFault = new Memory();
         /** @type {World | null} */
         this.world = null;
         /** @type {number | null} */
@@ -36,6 +42,9 @@ export class RobotPanel {
         this.isCompared = null;
         this.facts = element("dl", { class: "facts" });
         this.fault = element("p", { class: "fault", role: "alert", hidden: "" });
+        this.atFault = element("details", { hidden: "" });
+        // Tells the fault that is shown from the next one.
+        this.shownFault = "";
         this.parts = element("div", { class: "memory" });
         this.choose(null);
     }
@@ -65,10 +74,12 @@ export class RobotPanel {
             { type: "button", title: texts[`${name}Help`], onclick: () => this.command(`${name} = [${id}, "all"]`) }, texts[name]);
         this.facts = element("dl", { class: "facts" });
         this.fault = element("p", { class: "fault", role: "alert", hidden: "" });
+        this.atFault = element("details", { class: "at-fault", open: "", hidden: "" });
+        this.shownFault = "";
         this.parts = element("div", { class: "memory" });
         this.isCompared = element("button",
             { type: "button", title: texts.compareHelp, "aria-pressed": false, onclick: () => this.compare(robot) }, texts.compare);
-        panel.replaceChildren(element("h2", {}, texts.robot(id)), this.facts, this.fault,
+        panel.replaceChildren(element("h2", {}, texts.robot(id)), this.facts, this.fault, this.atFault,
             element("div", { class: "acts" }, ...ACTIONS.map(act), link("block"), link("restore"), this.isCompared), this.place(), this.parts);
         this.show();
     }
@@ -147,10 +158,24 @@ export class RobotPanel {
 
     /** @param {number} ticksPerSecond */
     showFault(ticksPerSecond) {
-        const fault = this.inspection?.fault;
+        const fault = this.inspection?.fault ?? null;
+        // Buttons that are replaced with every sample could not be pressed.
+        const shown = JSON.stringify(fault);
+        if (shown === this.shownFault) {
+            return;
+        }
+        this.shownFault = shown;
         this.fault.hidden = !fault;
+        const held = this.inspection?.at_fault ?? null;
+        this.atFault.hidden = !held;
         if (fault) {
-            this.fault.textContent = texts.faultAt(fault.code, fault.places[0], fault.tick / ticksPerSecond);
+            const seconds = fault.tick / ticksPerSecond;
+            this.fault.replaceChildren(texts.faultAt(fault.code, seconds), ...faultParts(fault, this.openPlace));
+            const memory = element("div", { class: "memory" });
+            this.atFault.replaceChildren(element("summary", {}, texts.memoryAtFault(seconds)), memory);
+            if (held) {
+                this.memoryAtFault.showScript(memory, held);
+            }
         }
     }
 

@@ -38,6 +38,7 @@ export const texts = {
     hint: "Click a robot to look into it. Drag robots, lamps or the ground; zoom with the wheel.",
     hintWatched: "Robots that report. Where they are is not known.", noMore: "The trace has ended.", seconds: (/** @type {number} */ seconds) => `${seconds.toFixed(1)} s`,
     display: "how the world is shown", color: "Color by", byState: "state", messages: "Messages", trails: "Trails",
+    stopOnError: "Stop on error", stopOnErrorHelp: "The run pauses when a script has an error, and the editor shows its place",
     tilt: "3-D", tiltHelp: "Seen from a side. Turn it with the right mouse button, or Ctrl + arrows",
     picture: "Picture", pictureHelp: "Saves what is shown as a PNG file", pictureAs: "bittybuzz.png",
     drawing: "Drawing", drawingHelp: "Saves the world as an SVG file", drawingAs: "bittybuzz.svg",
@@ -67,9 +68,15 @@ export const texts = {
     block: "Cut off", blockHelp: "No message gets to it or from it",
     restore: "Reconnect", restoreHelp: "Its blocked links work again",
     x: "x in mm", y: "y in mm", move: "Move", moveHelp: "Moves the robot to this place",
-    fault: (/** @type {string} */ code, /** @type {FaultPlace | null} */ place) => (place ? `error ${code} in ${place.file}:${place.line}` : `error ${code}`),
-    faultAt: (/** @type {string} */ code, /** @type {FaultPlace | null} */ place, /** @type {number} */ seconds) => `Error ${code} at ${seconds.toFixed(1)} s`
-        + (place ? `: ${place.file}:${place.line}${place.function ? `, in ${place.function}` : ""}` : ""),
+    faultAt: (/** @type {string} */ code, /** @type {number} */ seconds) => `Error ${code} at ${seconds.toFixed(1)} s: `,
+    faultPlace: (/** @type {FaultPlace} */ { file, line, function: of }) => `${file}:${line}${of ? `, in ${of}` : ""}`,
+    robotAt: (/** @type {number | null} */ id, /** @type {number} */ seconds) => `Robot ${id} at ${seconds.toFixed(1)} s`,
+    /** @type {(id: number | null, isContained: boolean, others: number) => string} */
+    stoppedBy: (id, isContained, others) => `${isContained ? `A listener or handler of robot ${id} ended` : `Robot ${id} stopped`} by an error`
+        + `${others > 0 ? `; so did ${others} more in the same tick` : ""}.`,
+    memoryAtFault: (/** @type {number} */ seconds) => `Memory at the error, at ${seconds.toFixed(1)} s`,
+    is: " is ", calledAt: "called at ", unknownPlace: "an unknown place", moreCalls: (/** @type {number} */ count) => `${count} more calls`,
+    hideFault: "Hides the error",
 
     globals: "Globals", frame: "In", neighbors: "Neighbors", swarms: "Swarms", stigmergy: "Stigmergy",
     queues: "Messages", inbox: "to be read", outbox: "to be sent", none: "none",
