@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use bittybuzz_arena::robot::{Consequence, FaultRecord, PostMortem};
 use bittybuzz_arena::run::{Program, Setup};
 use bittybuzz_fault::{Backtrace, FaultPlace, FaultReport, KnownProgram, accepted};
+use bittybuzz_inspect::Inspection;
 use bittybuzz_robot_spec::Robot;
 
 use crate::edit;
@@ -64,7 +65,7 @@ fn name(setup: &Setup, drafts: Option<&Drafts>, place: &mut FaultPlace) {
 }
 
 /// Describes the content of a machine, with files relative to the folder of the scenario.
-pub fn content(setup: &Setup, content: &bittybuzz_inspect::Inspection) -> MemoryDescription {
+pub fn content(setup: &Setup, content: &Inspection) -> MemoryDescription {
     let folder = &setup.scenario.folder;
     let mut memory = inspection::describe(content);
     for frame in &mut memory.frames {

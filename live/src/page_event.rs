@@ -122,7 +122,7 @@ pub struct BeginEvent {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, ts(optional))]
     pub controls: Option<Vec<Control>>,
-    /// Present if the run pauses, or can pause, at a fault: true if it does.
+    /// Present in a session: true if the run pauses at a fault.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, ts(optional))]
     pub stops_on_error: Option<bool>,

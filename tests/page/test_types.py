@@ -41,7 +41,7 @@ def test_the_worker_matches_its_types(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (("event.message}", "event.mesage}"), "Property 'mesage' does not exist"),
+        (("event.message}", "event.massage}"), "Property 'massage' does not exist"),
         (("    written(event) {", "    writen(event) {"), "'writen' does not exist"),
         (("ask(\"scenario\")", "ask(\"senario\")"), "\"senario\"' is not assignable"),
     ],

@@ -50,7 +50,7 @@ scripts?: ScriptsDescription,
  */
 controls?: Array<Control>, 
 /**
- * Present if the run pauses, or can pause, at a fault: true if it does.
+ * Present in a session: true if the run pauses at a fault.
  */
 stops_on_error?: boolean, };
 
