@@ -320,7 +320,8 @@ fn name_of(scenario: &Scenario, script: &Path) -> String {
 /// files that a client cannot edit.
 pub fn name_of_source(drafts: &Drafts, setup: &Setup, file: &Path) -> Option<String> {
     let script = drafts.script_of(file);
-    scripts(setup).contains(&script).then(|| name_of(setup, script))
+    let scenario = &setup.scenario;
+    scripts(scenario).contains(&script).then(|| name_of(scenario, script))
 }
 
 /// Finds the script of that name. A client can read and write no other files.
