@@ -89,7 +89,7 @@ fn a_fault_has_its_message_values_help_and_place() {
 fn a_place_in_an_included_file_names_no_script() {
     let mut live = start(SCENARIO);
     let draft = SCRIPT.replace("if(id == 5 and n == 10) led(n / 0)", "");
-    let draft = json!({ "run": { "name": "walk.bzz", "text": draft } });
+    let draft = json!({ "load": { "name": "walk.bzz", "text": draft } });
     live.request(&draft.to_string(), Duration::ZERO);
     let events = ask(&mut live, json!({ "step": { "ticks": 17 } }));
     let last = of_kind(&events, "fault").pop().unwrap();
@@ -143,7 +143,7 @@ fn an_assignment_stops_at_an_error_from_the_start() {
         live.request(&json!({ "stop_on_error": { "on": !expected } }).to_string(), Duration::ZERO);
         live.begin();
         assert_eq!(taken(&mut live)[0]["stops_on_error"], !expected);
-        let edited = json!({ "run": { "name": "s.toml", "text": scenario } });
+        let edited = json!({ "run": { "texts": { "s.toml": scenario } } });
         let events = ask(&mut live, edited);
         let begin = of_kind(&events, "begin");
         assert_eq!(begin[0]["stops_on_error"], !expected);
@@ -189,7 +189,7 @@ fn the_faults_of_many_robots_stop_the_run_once() {
     let mut live = start(&(scenario + ASSIGNMENT));
     let all = SCRIPT.replace("id == 4 and n == 10", "n == 10");
     live.request(
-        &json!({ "run": { "name": "walk.bzz", "text": all } }).to_string(),
+        &json!({ "run": { "texts": { "walk.bzz": all } } }).to_string(),
         Duration::ZERO,
     );
     let events = ask(&mut live, json!({ "play": {} }));

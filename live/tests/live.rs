@@ -430,8 +430,8 @@ fn commands_at_the_end_are_refused_with_advice() {
         live.request(&json!({ "command": { "text": command } }).to_string(), ms(0));
         let refused = events(&mut live, "refused");
         let [refused] = &refused[..] else { panic!("{command}: {refused:?}") };
-        let text = "the run is over, so that nothing can change any more";
-        let help = "go back to an earlier time, or start the run again";
+        let text = "the run is over";
+        let help = "go back, or start the run again";
         assert_eq!((&refused["text"], &refused["help"]), (&json!(text), &json!(help)));
     }
 }

@@ -17,7 +17,7 @@ title = "Two"
 text = "Count by two."
 """
 BY_TWO = SCRIPT.replace("n + 1", "n + 2")
-OVER = "the run is over, so that nothing can change any more (go back to an earlier time, or start the run again)"
+OVER = "the run is over (go back, or start the run again)"
 
 
 def begin(page, session, text=TASK):

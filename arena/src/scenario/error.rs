@@ -205,9 +205,7 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::MovableBarred { at, barrier, .. } => {
                 write!(f, "the movable disc at {at} would stand in {barrier}")
             }
-            ScenarioCause::RunIsOver => {
-                write!(f, "the run is over, so that nothing can change any more")
-            }
+            ScenarioCause::RunIsOver => f.write_str("the run is over"),
             ScenarioCause::AfterEnd { key, .. } => write!(f, "`{key}` is not within the run"),
             ScenarioCause::BetweenTicks { key, value, .. } => {
                 write!(f, "`{key}` cannot be {value}: the simulator has a tick each 0.1 s")
@@ -361,9 +359,7 @@ impl toml_reader::Cause for ScenarioCause {
             ScenarioCause::MovableBarred { radius, .. } => Some(format!(
                 "its radius is {radius} mm: move it, or make one of both smaller"
             )),
-            ScenarioCause::RunIsOver => {
-                Some("go back to an earlier time, or start the run again".to_owned())
-            }
+            ScenarioCause::RunIsOver => Some("go back, or start the run again".to_owned()),
             ScenarioCause::AfterEnd { duration, .. } => {
                 Some(format!("`duration` in [world] is {duration} s"))
             }
