@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bittybuzz_arena::run::{Program, Setup, Simulation};
-use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{Scenario, ScenarioError, file_sections};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, Files, IncludeLoader, MemoryFiles, SOURCE_BYTES_MAX};
 
@@ -48,12 +48,16 @@ fn open(files: &dyn Files, path: &Path) -> Result<Scenario, Vec<ScenarioError>> 
 /// Returns the digest of a run after 10 s.
 fn digest(files: &dyn Files, path: &Path) -> u64 {
     let scenario = open(files, path).unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let embedded = Arc::clone(&scenario.embedded);
+    let files = &embedded.over(files);
     let compiled = scenario.groups.iter().map(|group| {
         let robots = bittybuzz_robot_files::all_shipped();
         let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
         let text = files.read(&group.script, SOURCE_BYTES_MAX).unwrap();
         let text = String::from_utf8(text).unwrap();
-        let compiled = compile(&group.script, text, &IncludeLoader::new(files), &options);
+        let folders = embedded.include_folder().map(Path::to_owned).into_iter().collect();
+        let loader = IncludeLoader { folders, ..IncludeLoader::new(files) };
+        let compiled = compile(&group.script, text, &loader, &options);
         let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
         Program { image, symbols: compiled.symbols, sources: Arc::new(compiled.sources) }
     });
@@ -71,6 +75,31 @@ fn files_in_memory_give_the_same_run() {
     let (folder, memory) = both("memory", &FILES);
     let path = folder.join("worlds/mixed.toml");
     assert_eq!(digest(&memory, &path), digest(&DiskFiles, &path));
+}
+
+/// The scenario above as one file, which stands anywhere.
+#[test]
+fn files_in_the_scenario_give_the_same_run() {
+    let (_, memory) = both("memory-embedded", &FILES);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("memory-embedded");
+    let [(_, scenario), others @ ..] = &FILES;
+    let names = ["rover.toml", "drive.bzz", "parts/speed.bzz", "../swarm/gradient.bzz"];
+    let texts = names.into_iter().zip(others.iter().map(|(_, text)| *text));
+    let one = format!("{scenario}{}", file_sections(texts));
+    let alone = MemoryFiles::default().with("one.toml", one.as_str());
+    let path = folder.join("worlds/mixed.toml");
+    assert_eq!(digest(&alone, Path::new("one.toml")), digest(&memory, &path));
+    // An included file is also found in the folder of the scenario.
+    let moved = one.replace("parts/speed.bzz", "speed.bzz");
+    let moved = moved.replace("path = \"drive.bzz\"", "path = \"sub/drive.bzz\"");
+    let moved = moved.replace("script = \"drive.bzz\"", "script = \"sub/drive.bzz\"");
+    assert_ne!(moved, one);
+    let alone = MemoryFiles::default().with("a/one.toml", moved);
+    assert_eq!(digest(&alone, Path::new("a/one.toml")), digest(&memory, &path));
+    // A file of the scenario is taken instead of one on disk.
+    let other = one.replace("speed = 40", "speed = 10");
+    let beside = memory.with(folder.join("worlds/one.toml"), other);
+    assert_ne!(digest(&beside, &folder.join("worlds/one.toml")), digest(&beside, &path));
 }
 
 /// Returns errors as people read them: message, file, line and help.

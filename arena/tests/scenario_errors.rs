@@ -199,6 +199,13 @@ const AFTER_BASE: &[(&str, &str, &[&str])] = &[
         "17:8",
         &["an expectation `a` is defined a second time", "the first is in line 11"],
     ),
+    // Files.
+    ("[[file]]\npath = \"a.bzz\"\n", "10:1", &["this [[file]] has no `text`"]),
+    (
+        "[[file]]\npath = \"a.bzz\"\ntext = \"\"\n[[file]]\ntext = \"\"\npath = \"a.bzz\"\n",
+        "15:8",
+        &["the file `a.bzz` stands here a second time", "the first is in line 11"],
+    ),
     // Output.
     ("[output]\nevery = 0\n", "11:9", &["`every` cannot be 0"]),
     (

@@ -170,7 +170,10 @@ impl LoadedProgram {
         selection: &RobotChoice,
         report: impl FnOnce(&SourceMap, &[Diagnostic]) -> Result<(), Box<dyn Problem>>,
     ) -> Result<Option<LoadedProgram>, Box<dyn Problem>> {
-        let kind = InputKind::of(path)?;
+        let kind = match selection.embedded.contains(path) {
+            true => InputKind::Script,
+            false => InputKind::of(path)?,
+        };
         if kind == InputKind::Image {
             return LoadedProgram::load(path, selection).map(Some);
         }
@@ -306,6 +309,11 @@ pub fn compiled(
 ) -> Result<Compiled, Box<dyn Problem>> {
     let options = selection.options();
     match kind {
+        InputKind::Script if selection.embedded.include_folder().is_some() => {
+            let files = selection.embedded.over(&DiskFiles);
+            let parsed = parser::parse_file(path, &loader_of(selection, &files, include));
+            Ok(compile::compile_parsed(parsed, &options))
+        }
         InputKind::Script => Ok(compile::compile_parsed(parsed(path, include), &options)),
         InputKind::Object => object(path, &options),
         InputKind::Image => Err(InputError::NotAScript(path.to_owned()).into()),
@@ -333,14 +341,30 @@ fn parsed_from_input(name: &Path, include: &[PathBuf]) -> Parsed {
 /// Returns a loader that searches included files in the folders of `-I`, those of the environment,
 /// and the library.
 pub fn loader<'a>(files: &'a dyn Files, include: &[PathBuf]) -> IncludeLoader<'a> {
-    let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
-    let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();
     IncludeLoader {
         folders: include.to_vec(),
-        environment: env::split_paths(&environment).filter(is_named).collect(),
+        environment: folders_of_environment(),
         library: bittybuzz_library::FILES,
         ..IncludeLoader::new(files)
     }
+}
+
+/// Returns the folders of the environment in which included files are searched.
+pub fn folders_of_environment() -> Vec<PathBuf> {
+    let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
+    let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();
+    env::split_paths(&environment).filter(is_named).collect()
+}
+
+/// Returns a loader as [`loader`] does, which also searches the files of the scenario.
+pub fn loader_of<'a>(
+    selection: &RobotChoice,
+    files: &'a dyn Files,
+    include: &[PathBuf],
+) -> IncludeLoader<'a> {
+    let mut loader = loader(files, include);
+    loader.folders.extend(selection.embedded.include_folder().map(Path::to_owned));
+    loader
 }
 
 /// The name of the script on standard input, for messages.

@@ -1,6 +1,8 @@
 //! The robots and the profile that the command line selects.
 
-use bittybuzz_arena::scenario::Group;
+use std::sync::Arc;
+
+use bittybuzz_arena::scenario::{EmbeddedFiles, Group};
 use bittybuzz_compiler::check::outside::OutsideUses;
 use bittybuzz_compiler::compile::Options;
 use bittybuzz_robot_files::{all_shipped, find};
@@ -50,6 +52,8 @@ pub struct RobotChoice {
     pub profile: Option<NumberProfile>,
     /// The names that a scenario uses in the script.
     outside: OutsideUses,
+    /// The files that stand in the scenario itself.
+    pub embedded: Arc<EmbeddedFiles>,
 }
 
 impl SelectionArguments {
@@ -67,8 +71,8 @@ impl RobotChoice {
             ProfileName::Tiny => NumberProfile::Tiny,
             ProfileName::Full => NumberProfile::Full,
         });
-        let outside = OutsideUses::default();
-        Ok(RobotChoice { robot, known: all_shipped(), profile, outside })
+        let (outside, embedded) = (OutsideUses::default(), Arc::default());
+        Ok(RobotChoice { robot, known: all_shipped(), profile, outside, embedded })
     }
 
     /// Selects the robot of a group. The other robots of its scenario are known too, because one
@@ -79,7 +83,8 @@ impl RobotChoice {
         let others: Vec<Robot> = others.filter(|robot| !known.contains(robot)).cloned().collect();
         known.extend(others);
         let outside = (*group.outside).clone();
-        RobotChoice { robot: Some(group.robot.clone()), known, profile: None, outside }
+        let (robot, embedded) = (Some(group.robot.clone()), Arc::clone(&group.embedded));
+        RobotChoice { robot, known, profile: None, outside, embedded }
     }
 
     /// Returns the options of the compiler.

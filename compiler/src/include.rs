@@ -8,15 +8,14 @@ use std::collections::HashSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-pub use files::{DiskFiles, FileKind, Files, MemoryFiles};
-pub use loader::IncludeLoader;
+pub use files::{DiskFiles, FileKind, Files, MemoryFiles, OverlaidFiles};
+pub use loader::{IncludeLoader, LIBRARY_FOLDER};
 
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::lexer::lex;
 use crate::source::{FileId, SourceMap, Span};
 use crate::token::{Separation, Token, TokenKind};
-use loader::LIBRARY_FOLDER;
 use search::IncludeResult;
 
 /// The maximum size of a script in bytes: far more than any robot can store, but little for a host.

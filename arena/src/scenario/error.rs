@@ -34,6 +34,8 @@ pub enum ScenarioCause {
     BadExpectationName { name: String },
     /// Two expectations with one name.
     DuplicateExpectation { name: String, line: usize },
+    /// Two `[[file]]` sections with one path.
+    DuplicateFile { path: String, line: usize },
     /// Two robots with one id.
     DuplicateId { id: u32, line: usize },
     /// An id that exceeds 16 bits.
@@ -169,6 +171,9 @@ impl fmt::Display for ScenarioCause {
             }
             ScenarioCause::BadExpectationName { name } => {
                 write!(f, "{name:?} cannot be the name of an expectation")
+            }
+            ScenarioCause::DuplicateFile { path, .. } => {
+                write!(f, "the file `{path}` stands here a second time")
             }
             ScenarioCause::DuplicateExpectation { name, .. } => {
                 write!(f, "an expectation `{name}` is defined a second time")
@@ -322,6 +327,9 @@ impl toml_reader::Cause for ScenarioCause {
                 "use letters, digits and _, the first no digit, as in `name = \"all_agree\"`"
                     .to_owned(),
             ),
+            ScenarioCause::DuplicateFile { line, .. } => {
+                Some(format!("the first is in line {line}; leave out one of them"))
+            }
             ScenarioCause::DuplicateExpectation { line, .. } => {
                 Some(format!("the first is in line {line}; choose another `name`"))
             }

@@ -11,6 +11,7 @@ use crate::engine::Medium;
 use crate::robot::RobotModel;
 
 use super::backend::Backend;
+use super::files::EmbeddedFiles;
 use super::medium::MediumSettings;
 
 /// The number of a group in its scenario, from 0 in the order of the file.
@@ -29,6 +30,8 @@ pub struct Group {
     pub robots_of_scenario: Arc<[Robot]>,
     /// The names that the scenario's events use in the scripts of all groups.
     pub outside: Arc<OutsideUses>,
+    /// The files that stand in the scenario itself. Scripts and includes are read there first.
+    pub embedded: Arc<EmbeddedFiles>,
     /// The path of the robot file, for a robot that does not ship.
     pub robot_file: Option<PathBuf>,
     /// The model of the robots, with the settings of this group.

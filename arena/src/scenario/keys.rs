@@ -60,6 +60,8 @@ pub const COMMAND: &str = "the command";
 pub const EXPECT: &str = "this [[expect]]";
 /// The results of a run that are kept.
 pub const OUTPUT: &str = "[output]";
+/// A file that stands in the scenario.
+pub const FILE: &str = "this [[file]]";
 /// The task for a class.
 pub const ASSIGNMENT: &str = "[assignment]";
 
@@ -105,6 +107,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "expect" "tables" "none" "conditions that must hold",
             "output" "table" "" "data for pictures and recordings",
             "assignment" "table" "none" "task for a class",
+            "file" "tables" "none" "files that stand in the scenario itself",
         ],
     },
     SectionKeys {
@@ -278,6 +281,13 @@ pub const SECTIONS: &[SectionKeys] = &[
         keys: scenario_keys![
             "title" "string" "" "title of the task",
             "text" "string" "empty" "description of the task; an empty line begins a paragraph",
+        ],
+    },
+    SectionKeys {
+        name: FILE,
+        keys: scenario_keys![
+            "path" "path" "" "path of a script, an included file or a robot file, from the folder of the scenario",
+            "text" "string" "" "content of the file",
         ],
     },
 ];

@@ -13,6 +13,7 @@ mod describe;
 mod error;
 mod event;
 mod expect;
+mod files;
 mod folder;
 mod group;
 pub mod keys;
@@ -46,6 +47,7 @@ pub(crate) use error::settings_error;
 pub use error::{ScenarioCause, ScenarioError};
 pub use event::{MoveTarget, ScheduledEvent, WorldChange};
 pub use expect::{Expect, ExpectedValue, Of, Reduction, Test, When};
+pub use files::{EmbeddedFiles, sections as file_sections, without_files};
 pub(crate) use group::Standing;
 pub use group::{Group, GroupId, Heading, Placement};
 pub use load::Load;
@@ -83,6 +85,8 @@ pub struct Scenario {
     pub assignment: Option<Assignment>,
     /// The scripts that events load into robots.
     pub loads: Vec<Load>,
+    /// The files that stand in the scenario itself.
+    pub embedded: Arc<EmbeddedFiles>,
     /// The folder of the file. The scripts that commands name are relative to it.
     pub folder: PathBuf,
     /// The robots by name and id. Commands need this index.
@@ -215,6 +219,9 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let known = world.as_ref().unwrap_or(&boundless);
     let mut robot_index = select::RobotIndex::default();
     let models = body::read(root, models);
+    let embedded = Arc::new(files::read(root, folder.path));
+    let overlaid = embedded.over(folder.files);
+    let folder = Folder { files: &overlaid, path: folder.path };
     let groups = robots::read(root, folder, known, &models, &mut robot_index);
     let is_complete = groups.iter().all(Option::is_some);
     let mut groups: Vec<Group> = groups.into_iter().flatten().collect();
@@ -248,7 +255,10 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     }
     let loads = load::loads(&events, &groups);
     let outside = Arc::new(load::outside_uses(&events));
-    groups.iter_mut().for_each(|group| group.outside = Arc::clone(&outside));
+    for group in &mut groups {
+        group.outside = Arc::clone(&outside);
+        group.embedded = Arc::clone(&embedded);
+    }
     let adversaries = adversary::read_all(root, &robot_index, known, &groups).into_iter();
     events.extend(adversaries.map(|(at, adversary)| {
         let action = WorldChange::Adversary(Box::new(adversary));
@@ -273,6 +283,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         output,
         assignment,
         loads,
+        embedded: Arc::clone(&embedded),
         folder: folder.path.to_owned(),
         robot_index,
         used,

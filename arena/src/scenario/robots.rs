@@ -123,6 +123,7 @@ fn group(
         robot: robot?,
         robots_of_scenario: Arc::default(),
         outside: Arc::default(),
+        embedded: Arc::default(),
         robot_file,
         script: script?,
         backend: backend?,

@@ -84,6 +84,16 @@ impl MemoryFiles {
         self.files.insert(normal(path.as_ref()), None);
         self
     }
+
+    /// Returns true if there is a file at a path.
+    pub fn contains(&self, path: &Path) -> bool {
+        self.files.contains_key(&normal(path))
+    }
+
+    /// Returns true if there is no file.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
+    }
 }
 
 impl Files for MemoryFiles {
@@ -108,14 +118,48 @@ impl Files for MemoryFiles {
     }
 
     fn canonical(&self, path: &Path) -> Option<PathBuf> {
-        let path = normal(path);
-        self.files.contains_key(&path).then_some(path)
+        self.contains(path).then(|| normal(path))
     }
 
     fn names(&self, folder: &Path) -> Vec<String> {
         let folder = normal(folder);
         let inside = self.files.keys().filter(|path| path.parent() == Some(&folder));
         inside.filter_map(|path| path.file_name()?.to_str().map(str::to_owned)).collect()
+    }
+}
+
+/// Files in memory that take the place of other files with the same paths.
+pub struct OverlaidFiles<'a> {
+    /// The files that count first.
+    pub over: &'a MemoryFiles,
+    /// The files for all other paths.
+    pub below: &'a dyn Files,
+}
+
+impl OverlaidFiles<'_> {
+    /// Returns the files to ask about a path.
+    fn of(&self, path: &Path) -> &dyn Files {
+        if self.over.contains(path) { self.over } else { self.below }
+    }
+}
+
+impl Files for OverlaidFiles<'_> {
+    fn read(&self, path: &Path, most: usize) -> io::Result<Vec<u8>> {
+        self.of(path).read(path, most)
+    }
+
+    fn kind(&self, path: &Path) -> io::Result<FileKind> {
+        self.of(path).kind(path)
+    }
+
+    fn canonical(&self, path: &Path) -> Option<PathBuf> {
+        self.of(path).canonical(path)
+    }
+
+    fn names(&self, folder: &Path) -> Vec<String> {
+        let mut names = self.over.names(folder);
+        names.extend(self.below.names(folder));
+        names
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::files::Files;
 
 /// The folder in messages about files of the shipped library: `<library>/vec2.bzz`.
-pub(super) const LIBRARY_FOLDER: &str = "<library>";
+pub const LIBRARY_FOLDER: &str = "<library>";
 
 /// The configuration of the search for included files. The search order is the folder of the
 /// including file, the working folder, then the lists below.

@@ -1,5 +1,6 @@
 //! Searches for included files.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::loader::{IncludeLoader, LIBRARY_FOLDER};
@@ -18,6 +19,8 @@ pub(super) enum IncludeResult<'a> {
 pub(super) struct NotFound {
     searched: Vec<String>,
     suggestion: Option<String>,
+    /// The reason why the file next to the including one may not be read, if it may not.
+    refusal: Option<String>,
 }
 
 /// Searches for the file that `including` calls `name`.
@@ -58,7 +61,11 @@ pub(super) fn find<'a>(
         let mut folders = vec![here, &loader.working_folder];
         folders.extend(configured());
         folders.dedup();
-        NotFound::new(loader, &folders, name)
+        let refusal = match loader.files.kind(&here.join(name)) {
+            Err(error) if error.kind() == ErrorKind::PermissionDenied => Some(error.to_string()),
+            _ => None,
+        };
+        NotFound { refusal, ..NotFound::new(loader, &folders, name) }
     })
 }
 
@@ -74,7 +81,7 @@ impl NotFound {
         let nearby = nearby.map(|file| parent.join(file).display().to_string());
         let shipped = loader.library.iter().map(|(file, _)| (*file).to_owned());
         let suggestion = most_similar(&name.display().to_string(), nearby.chain(shipped));
-        NotFound { searched, suggestion }
+        NotFound { searched, suggestion, refusal: None }
     }
 
     pub(super) fn diagnostic(&self, name: &Path, span: Span) -> Diagnostic {
@@ -86,6 +93,9 @@ impl NotFound {
             format!("there is no file `{name}` to include"),
         )
         .label("not found");
+        if let Some(refusal) = &self.refusal {
+            return diagnostic.help(format!("`{name}` cannot be read: {refusal}"));
+        }
         match &self.suggestion {
             Some(suggestion) => diagnostic
                 .help(format!("did you mean `{suggestion}`? Searched in: {searched}"))
