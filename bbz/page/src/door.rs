@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 
 use axum::http::HeaderMap;
-use axum::http::header::{HOST, ORIGIN};
+use axum::http::header::{HOST, HeaderName, ORIGIN};
 
 /// The length of the secret in bytes.
 const BYTES: usize = 16;
@@ -32,13 +32,22 @@ impl Door {
     /// Returns true for a request that has the secret, names this server as `Host` and, if it has
     /// an `Origin`, comes from the server's own page. The check of `Host` is needed because a site
     /// can let its name resolve to this computer; its requests then carry that name as `Host`.
+    /// Several values of a header are refused: programs may read different ones of them.
     pub fn admits(&self, secret: &str, headers: &HeaderMap) -> bool {
-        // A value that is not text names no host.
-        let text = |name| headers.get(name).map(|value| value.to_str().unwrap_or_default());
         let is_own = |host: &str| self.hosts.iter().any(|own| own == host);
         let comes_from = |origin: &str| origin.strip_prefix("http://").is_some_and(is_own);
+        let is_origin = match texts(headers, ORIGIN).as_slice() {
+            [] => true,
+            [origin] => comes_from(origin),
+            _ => false,
+        };
         secret == self.secret
-            && text(HOST).is_some_and(is_own)
-            && text(ORIGIN).is_none_or(comes_from)
+            && matches!(texts(headers, HOST).as_slice(), [host] if is_own(host))
+            && is_origin
     }
+}
+
+/// Returns all values of a header. One that is not text is empty, which names no host.
+fn texts(headers: &HeaderMap, name: HeaderName) -> Vec<&str> {
+    headers.get_all(name).iter().map(|value| value.to_str().unwrap_or_default()).collect()
 }

@@ -6,6 +6,7 @@
 //! # Principles
 //! 1. **For the user of this computer alone.** The server listens on the loopback address, every path begins with a secret of 128 random
 //!    bits, and requests whose `Host` or `Origin` is not the server are refused: a page of another site can neither read nor steer.
+//!    Connections without a request end after some seconds.
 //! 2. **Only its own files.** They are compiled into the program. The server never opens a path of
 //!    the file system.
 //! 3. **Events are never dropped, samples are.** A sample is taken only after the previous one was
@@ -13,7 +14,8 @@
 //! 4. **No process is left.** The session ends some seconds after the page was closed.
 //!
 //! # What it will not do
-//! Serve several pages at once: a new page replaces the old one.
+//! Serve several pages at once: a new page takes the session over, and the old one waits until the new one is closed or its
+//! user asks for the session.
 
 mod assets;
 mod door;

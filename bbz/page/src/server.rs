@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
+use std::time::Duration;
 
 use axum::Router;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
@@ -14,6 +15,9 @@ use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpListener;
 use tokio::runtime::Builder;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
@@ -24,6 +28,22 @@ use crate::door::Door;
 /// Bytes of the longest request: the largest script that the compiler reads, 1 MiB, with each of its lines written as `\n`.
 const REQUEST_BYTES_MAX: usize = 2 * 1024 * 1024;
 
+/// The longest time for the headers of a request. A connection that has no request within this time is closed.
+const HEADERS_MAX: Duration = Duration::from_secs(5);
+
+/// The pause after a connection could not be accepted, for example because too many are open.
+const ACCEPT_AGAIN: Duration = Duration::from_millis(200);
+
+/// A message to a client that another one was connected later: this one waits until the other has gone.
+const WAIT: &str = "wait";
+
+/// A message of a waiting client that asks to take the session over.
+const TAKE_OVER: &str = "take over";
+
+/// A message by which a client asks for an answer of the session, which is the same. Without an answer the session
+/// does not handle requests.
+const PING: &str = "ping";
+
 /// The page may run its own scripts and connect to its own server, and nothing else.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
     base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -33,6 +53,10 @@ pub enum ClientEvent {
     /// The client has connected; it receives messages from this channel.
     Connected(UnboundedSender<ToClient>),
     Request(String),
+    /// The client asks for a [`ToClient::Pong`].
+    Ping,
+    /// The client, which waits, asks for the session.
+    TakeOver,
     /// The last sample was sent to the client.
     SampleSent,
     Disconnected,
@@ -44,6 +68,10 @@ pub enum ToClient {
     Event(String),
     /// A sample, as binary data.
     Sample(Vec<u8>),
+    /// The session handles requests.
+    Pong,
+    /// Another client has the session now.
+    Wait,
 }
 
 /// A reason why a page cannot be served.
@@ -71,13 +99,16 @@ pub struct Page {
     pub(crate) url: String,
     /// The events of all clients, each with the client's number.
     pub(crate) events: Receiver<(u64, ClientEvent)>,
+    /// The number of clients that have connected.
+    count: Arc<AtomicU64>,
 }
 
 /// State that all requests share.
 struct Shared {
     door: Door,
     events: Sender<(u64, ClientEvent)>,
-    next_client: AtomicU64,
+    /// The number of clients that have connected.
+    count: Arc<AtomicU64>,
 }
 
 impl Page {
@@ -91,21 +122,51 @@ impl Page {
         let door = Door::new(address).map_err(PageError::Secret)?;
         let url = door.url();
         let (sender, events) = channel();
-        let shared = Arc::new(Shared { door, events: sender, next_client: 0.into() });
+        let count = Arc::default();
+        let shared = Arc::new(Shared { door, events: sender, count: Arc::clone(&count) });
         let router = Router::new()
             .route("/{secret}/", get(index))
             .route("/{secret}/socket", get(socket))
             .route("/{secret}/{name}", get(file))
             .with_state(shared);
-        let serve = async move { axum::serve(listener, router).await };
         let thread = thread::Builder::new().name("page".to_owned());
+        let serve = accept(listener, router);
         thread.spawn(move || runtime.block_on(serve)).map_err(PageError::Server)?;
-        Ok(Page { url, events })
+        Ok(Page { url, events, count })
+    }
+
+    /// Returns a page that takes events from a channel.
+    #[cfg(test)]
+    pub(crate) fn without_server(events: Receiver<(u64, ClientEvent)>) -> Self {
+        Page { url: String::new(), events, count: Arc::default() }
     }
 
     /// Returns the address of the page, with its secret.
     pub fn url(&self) -> &str {
         &self.url
+    }
+
+    /// Returns true once a browser has connected.
+    pub fn was_opened(&self) -> bool {
+        self.count.load(Ordering::Relaxed) > 0
+    }
+}
+
+/// Serves connections. `axum::serve` would do the same, but wait for requests without end.
+async fn accept(listener: TcpListener, router: Router) {
+    let mut http = http1::Builder::new();
+    http.timer(TokioTimer::new()).header_read_timeout(HEADERS_MAX);
+    loop {
+        let Ok((stream, _)) = listener.accept().await else {
+            tokio::time::sleep(ACCEPT_AGAIN).await;
+            continue;
+        };
+        let service = TowerToHyperService::new(router.clone());
+        let connection = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
+        // An error concerns this connection alone, and its client knows it.
+        tokio::spawn(async move {
+            let _ = connection.await;
+        });
     }
 }
 
@@ -156,7 +217,7 @@ async fn socket(
 
 /// Serves one client until it disconnects or the session is over.
 async fn serve(mut socket: WebSocket, shared: Arc<Shared>) {
-    let number = shared.next_client.fetch_add(1, Ordering::Relaxed);
+    let number = shared.count.fetch_add(1, Ordering::Relaxed);
     // Returns false once the session is over.
     let report = |event| shared.events.send((number, event)).is_ok();
     let (sender, messages) = unbounded_channel();
@@ -166,7 +227,7 @@ async fn serve(mut socket: WebSocket, shared: Arc<Shared>) {
     }
 }
 
-/// Passes requests and messages on until the client disconnects or is replaced.
+/// Passes requests and messages on until the client disconnects.
 async fn exchange(
     socket: &mut WebSocket,
     mut messages: UnboundedReceiver<ToClient>,
@@ -176,7 +237,12 @@ async fn exchange(
         tokio::select! {
             received = socket.recv() => match received {
                 Some(Ok(Message::Text(text))) => {
-                    if !report(ClientEvent::Request(text.as_str().to_owned())) {
+                    let event = match text.as_str() {
+                        PING => ClientEvent::Ping,
+                        TAKE_OVER => ClientEvent::TakeOver,
+                        request => ClientEvent::Request(request.to_owned()),
+                    };
+                    if !report(event) {
                         return;
                     }
                 }
@@ -187,8 +253,10 @@ async fn exchange(
             message = messages.recv() => {
                 let is_sample = matches!(message, Some(ToClient::Sample(_)));
                 let message = match message {
-                    // Another client has replaced this one, or the session is over.
+                    // The session is over.
                     None => return,
+                    Some(ToClient::Pong) => Message::Text(PING.into()),
+                    Some(ToClient::Wait) => Message::Text(WAIT.into()),
                     Some(ToClient::Event(text)) => Message::Text(text.into()),
                     Some(ToClient::Sample(bytes)) => Message::Binary(bytes.into()),
                 };

@@ -18,7 +18,7 @@ const PULSE: Duration = Duration::from_millis(15);
 /// The time that a session waits for its page to connect again, for example after a reload.
 const LINGER: Duration = Duration::from_secs(5);
 
-/// The client that controls the session.
+/// A connected page.
 struct Client {
     number: u64,
     messages: UnboundedSender<ToClient>,
@@ -26,6 +26,86 @@ struct Client {
     is_ready: bool,
     /// The tick of the client's last sample; `None` if the next sample is due at any tick.
     sampled: Option<u64>,
+}
+
+impl Client {
+    /// Returns a client that has received nothing.
+    fn new(number: u64, messages: UnboundedSender<ToClient>) -> Self {
+        Client { number, messages, is_ready: true, sampled: None }
+    }
+
+    /// Sends a message. This fails after the client disconnected; its `Disconnected` event follows.
+    fn send(&self, message: ToClient) {
+        let _ = self.messages.send(message);
+    }
+}
+
+/// The connected pages. One of them controls the session: the last one that connected or asked for it.
+#[derive(Default)]
+struct Clients {
+    current: Option<Client>,
+    /// The others, those that had the session last at the end.
+    waiting: Vec<Client>,
+}
+
+impl Clients {
+    /// Gives the session to a client.
+    fn serve(&mut self, source: &mut dyn Source, number: u64, messages: UnboundedSender<ToClient>) {
+        if let Some(before) = self.current.replace(Client::new(number, messages)) {
+            before.send(ToClient::Wait);
+            self.waiting.push(before);
+        }
+        source.begin();
+    }
+
+    /// Removes a client from those that wait.
+    fn take_waiting(&mut self, number: u64) -> Option<Client> {
+        let place = self.waiting.iter().position(|client| client.number == number)?;
+        Some(self.waiting.remove(place))
+    }
+
+    /// Removes a client that has disconnected. If it had the session, the one before has it again.
+    fn remove(&mut self, source: &mut dyn Source, number: u64) {
+        self.take_waiting(number);
+        if self.current.as_ref().is_some_and(|client| client.number == number) {
+            self.current = None;
+            if let Some(next) = self.waiting.pop() {
+                self.serve(source, next.number, next.messages);
+            }
+        }
+    }
+
+    /// Handles an event of a client.
+    fn handle(&mut self, source: &mut dyn Source, number: u64, event: ClientEvent, now: Duration) {
+        let is_current = |client: &&mut Client| client.number == number;
+        match event {
+            ClientEvent::Connected(messages) => self.serve(source, number, messages),
+            ClientEvent::Disconnected => self.remove(source, number),
+            ClientEvent::TakeOver => {
+                if let Some(client) = self.take_waiting(number) {
+                    self.serve(source, number, client.messages);
+                }
+            }
+            ClientEvent::Ping => {
+                let mut all = self.current.iter().chain(&self.waiting);
+                if let Some(client) = all.find(|client| client.number == number) {
+                    client.send(ToClient::Pong);
+                }
+            }
+            // A client that waits knows that its requests have no effect.
+            ClientEvent::Request(text) => {
+                if let Some(client) = self.current.as_mut().filter(is_current) {
+                    source.request(&text, now);
+                    client.sampled = None;
+                }
+            }
+            ClientEvent::SampleSent => {
+                if let Some(client) = self.current.as_mut().filter(is_current) {
+                    client.is_ready = true;
+                }
+            }
+        }
+    }
 }
 
 impl Page {
@@ -38,19 +118,19 @@ impl Page {
         is_interrupted: impl FnMut() -> bool,
         help: &str,
     ) -> Result<(), Defect> {
-        let mut client = None;
-        let shown = Defect::catch(|| self.serve_client(source, is_interrupted, &mut client));
-        if let (Err(defect), Some(client)) = (&shown, client) {
+        let mut clients = Clients::default();
+        let shown = Defect::catch(|| self.serve_clients(source, is_interrupted, &mut clients));
+        if let (Err(defect), Some(client)) = (&shown, clients.current) {
             self.report(defect, help, client);
         }
         shown
     }
 
-    fn serve_client(
+    fn serve_clients(
         &self,
         source: &mut dyn Source,
         mut is_interrupted: impl FnMut() -> bool,
-        client: &mut Option<Client>,
+        clients: &mut Clients,
     ) {
         let start = Instant::now();
         let mut closed_at: Option<Instant> = None;
@@ -58,41 +138,24 @@ impl Page {
             let now = start.elapsed();
             let turn = Instant::now();
             let is_late = source.advance(now, &mut || turn.elapsed() < TURN);
-            send_changes(source, client.as_mut());
+            send_changes(source, clients.current.as_mut());
             let wait = if is_late { Duration::ZERO } else { PULSE };
             let mut next = self.events.recv_timeout(wait);
             while let Ok((number, event)) = next {
-                let current = client.as_mut().filter(|client| client.number == number);
-                match (event, current) {
-                    (ClientEvent::Connected(messages), _) => {
-                        source.begin();
-                        *client = Some(Client { number, messages, is_ready: true, sampled: None });
-                        closed_at = None;
-                    }
-                    (ClientEvent::Request(text), Some(client)) => {
-                        source.request(&text, start.elapsed());
-                        client.sampled = None;
-                    }
-                    (ClientEvent::SampleSent, Some(client)) => client.is_ready = true,
-                    (ClientEvent::Disconnected, Some(_)) => {
-                        *client = None;
-                        closed_at = Some(Instant::now());
-                    }
-                    // The event comes from a client that was replaced.
-                    (_, None) => {}
-                }
+                clients.handle(source, number, event, start.elapsed());
+                // The first event is a connection, so this is not the time before it.
+                closed_at = clients.current.is_none().then(Instant::now);
                 next = self.events.try_recv().map_err(|_| RecvTimeoutError::Timeout);
             }
         }
-        send_changes(source, client.as_mut());
+        send_changes(source, clients.current.as_mut());
     }
 
     /// Sends a defect as the last event to a client, and waits until the client has received it.
     fn report(&self, defect: &Defect, help: &str, client: Client) {
         let event = DefectEvent { text: defect.to_string(), help: help.to_owned() };
         let event = ToClient::Event(PageEvent::Defect(event).to_json());
-        // Sending fails if the client has disconnected, and then nobody waits for the event.
-        let _ = client.messages.send(event);
+        client.send(event);
         // The server closes the connection after the last message of this channel.
         drop(client.messages);
         let deadline = Instant::now() + LINGER;
@@ -110,14 +173,13 @@ fn send_changes(source: &mut dyn Source, client: Option<&mut Client>) {
     let Some(client) = client else { return };
     let tick = source.tick();
     let sample = (client.is_ready && client.sampled != Some(tick)).then(|| source.take_sample());
-    // Sending fails after a client disconnected; its `Disconnected` event follows.
     for event in source.take_events() {
-        let _ = client.messages.send(ToClient::Event(event.to_json()));
+        client.send(ToClient::Event(event.to_json()));
     }
     if let Some(sample) = sample {
         client.is_ready = false;
         client.sampled = Some(tick);
-        let _ = client.messages.send(ToClient::Sample(sample));
+        client.send(ToClient::Sample(sample));
     }
 }
 
@@ -160,7 +222,7 @@ mod tests {
     #[test]
     fn a_defect_ends_the_session_and_the_page_shows_it() {
         let (sender, events) = channel();
-        let page = Page { url: String::new(), events };
+        let page = Page::without_server(events);
         let (to_client, mut messages) = unbounded_channel();
         sender.send((0, ClientEvent::Connected(to_client))).unwrap();
         sender.send((0, ClientEvent::Request("\"pause\"".to_owned()))).unwrap();

@@ -182,12 +182,86 @@ fn a_client_controls_the_run_and_receives_samples() {
         let state = std::iter::repeat_with(|| event(&mut socket, "state"));
         let paused = state.filter(|state| state["plays"] == false).take(1).next().unwrap();
         assert!(paused["tick"].as_u64().unwrap() > 50);
-        // A second page takes the place of the first.
-        let mut other = connect(url, None).unwrap();
-        event(&mut other, "begin");
-        assert!(!is_timeout(&end(&mut socket)), "the server keeps the first page");
-        other.send(Message::text("\"commands\"")).unwrap();
-        assert_eq!(event(&mut other, "commands")["text"], "");
+    });
+}
+
+/// Waits for a message that is no event.
+fn note(socket: &mut WebSocket<TcpStream>, note: &str) {
+    while read(socket).unwrap() != Message::text(note) {}
+}
+
+#[test]
+fn the_last_page_has_the_session_and_the_others_wait() {
+    serve(|url| {
+        let mut first = connect(url, None).unwrap();
+        event(&mut first, "begin");
+        let mut second = connect(url, None).unwrap();
+        assert_eq!(event(&mut second, "begin")["end"], 10_000);
+        note(&mut first, "wait");
+        // Requests of a page that waits have no effect.
+        first.send(Message::text("{\"go_to\":{\"tick\":50}}")).unwrap();
+        first.send(Message::text("ping")).unwrap();
+        note(&mut first, "ping");
+        second.send(Message::text("{\"step\":{\"ticks\":1}}")).unwrap();
+        while event(&mut second, "state")["tick"] != 1 {}
+        // It asks for the session.
+        first.send(Message::text("take over")).unwrap();
+        event(&mut first, "begin");
+        assert_eq!(event(&mut first, "state")["tick"], 1);
+        note(&mut second, "wait");
+        // The page before has it again when the last one has gone, and a third one that has gone does not matter.
+        let mut third = connect(url, None).unwrap();
+        event(&mut third, "begin");
+        note(&mut first, "wait");
+        drop(second);
+        drop(third);
+        event(&mut first, "begin");
+        first.send(Message::text("\"commands\"")).unwrap();
+        assert_eq!(event(&mut first, "commands")["text"], "");
+    });
+}
+
+/// Programs between a client and the server may read different ones of two headers.
+#[test]
+fn a_request_with_two_hosts_or_origins_is_refused() {
+    serve(|url| {
+        let (authority, path) = url.strip_prefix("http://").unwrap().split_once('/').unwrap();
+        let path = format!("/{path}");
+        let own = format!("Origin: http://{authority}\r\n");
+        assert_eq!(get(url, &path, "", &own).0, 200);
+        for more in ["Host: evil.example\r\n", &format!("Host: {authority}\r\n"), &own.repeat(2)] {
+            assert_eq!(get(url, &path, "", more).0, 404, "{more}");
+        }
+        assert_eq!(get(url, &path, "evil.example", &format!("Host: {authority}\r\n")).0, 404);
+    });
+}
+
+/// A connection without a request does not stay open.
+#[test]
+fn half_open_connections_end() {
+    serve(|url| {
+        let authority = url.strip_prefix("http://").unwrap().split('/').next().unwrap();
+        let starts = ["", "G", "GET / HTTP/1.1\r\n", "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nA: "];
+        let open = starts.map(|start| {
+            let mut stream = TcpStream::connect(authority).unwrap();
+            stream.set_read_timeout(Some(WAIT_MAX)).unwrap();
+            stream.write_all(start.as_bytes()).unwrap();
+            stream
+        });
+        for mut stream in open {
+            let mut answer = Vec::new();
+            // The end of the connection ends the read; a time-out would be an error.
+            stream.read_to_end(&mut answer).unwrap();
+            assert!(!String::from_utf8_lossy(&answer).contains("200"), "{answer:?}");
+        }
+        // A page stays connected.
+        let mut socket = connect(url, None).unwrap();
+        event(&mut socket, "begin");
+        let mut idle = TcpStream::connect(authority).unwrap();
+        idle.set_read_timeout(Some(WAIT_MAX)).unwrap();
+        idle.read_to_end(&mut Vec::new()).unwrap();
+        socket.send(Message::text("\"commands\"")).unwrap();
+        event(&mut socket, "commands");
     });
 }
 
