@@ -38,6 +38,8 @@ mod output;
 mod probe_rs;
 mod problem;
 mod program;
+#[cfg(feature = "view")]
+mod redirect;
 mod report;
 mod robots;
 mod run;

@@ -2,6 +2,7 @@
 
 use std::env;
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 use ::open as open_page;
 use bittybuzz_arena::output::recording::RecordingError;
@@ -14,6 +15,7 @@ use crate::file_error::FileError;
 use crate::interrupt::Interrupt;
 use crate::output::{OutputError, ScriptOutput};
 use crate::problem::Problem;
+use crate::redirect::Redirect;
 use crate::report;
 use crate::shell;
 
@@ -69,13 +71,21 @@ pub fn execute(arguments: &ViewArguments) -> Result<ExitStatus, Box<dyn Problem>
     show(&mut replay, arguments.no_browser)
 }
 
+/// The time after which the address of a page that no browser has opened is printed.
+const PATIENCE: Duration = Duration::from_secs(5);
+
 /// Shows a session or a recording until its page is closed, or Ctrl-C.
 pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Box<dyn Problem>> {
     let mut interrupt = Interrupt::install()?;
     let page = Page::open().map_err(ViewError::Page)?;
-    announce(&page, no_browser)?;
-    let shown = page.show(source, || interrupt.is_raised(), &advice());
-    Ok(ending(shown))
+    let mut opening = Opening::begin(&page, no_browser)?;
+    let mut unprinted = None;
+    let is_over = || {
+        unprinted = unprinted.take().or(opening.attend(&page).err());
+        unprinted.is_some() || interrupt.is_raised()
+    };
+    let shown = page.show(source, is_over, &advice());
+    unprinted.map_or(Ok(ending(shown)), |error| Err(error.into()))
 }
 
 /// Returns the advice that a page shows about a defect.
@@ -95,14 +105,42 @@ pub fn ending(shown: Result<(), Defect>) -> ExitStatus {
     }
 }
 
-/// Prints the address of a page and opens it.
-pub fn announce(page: &Page, no_browser: bool) -> Result<(), OutputError> {
-    let mut output = ScriptOutput::new();
-    output.line(page.url().as_bytes());
-    output.finish()?;
-    if !no_browser {
-        // If there is no browser, the printed address is enough.
-        let _ = open_page::that_detached(page.url());
+/// A page that a browser is to open.
+pub struct Opening {
+    /// The file that leads the browser to the page, until it has.
+    redirect: Option<Redirect>,
+    /// The time at which the address is printed, if it was not printed yet.
+    deadline: Option<Instant>,
+}
+
+impl Opening {
+    /// Starts a browser with a page, or else prints the address of the page.
+    pub fn begin(page: &Page, no_browser: bool) -> Result<Self, OutputError> {
+        let redirect = if no_browser { None } else { Redirect::new(page.url()).ok() };
+        let redirect = redirect.filter(|file| open_page::that_detached(file.path()).is_ok());
+        let mut opening = Opening { redirect, deadline: Some(Instant::now() + PATIENCE) };
+        if opening.redirect.is_none() {
+            opening.print(page)?;
+        }
+        Ok(opening)
     }
-    Ok(())
+
+    /// Removes the file once the page is open. Prints the address if the page is not open in time:
+    /// the browser may not be allowed to read the file.
+    pub fn attend(&mut self, page: &Page) -> Result<(), OutputError> {
+        if page.was_opened() {
+            *self = Opening { redirect: None, deadline: None };
+        }
+        match self.deadline {
+            Some(deadline) if Instant::now() >= deadline => self.print(page),
+            _ => Ok(()),
+        }
+    }
+
+    fn print(&mut self, page: &Page) -> Result<(), OutputError> {
+        self.deadline = None;
+        let mut output = ScriptOutput::new();
+        output.line(page.url().as_bytes());
+        output.finish()
+    }
 }

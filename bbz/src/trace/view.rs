@@ -12,7 +12,7 @@ use bittybuzz_page::Page;
 use crate::exit::ExitStatus;
 use crate::interrupt::Interrupt;
 use crate::problem::Problem;
-use crate::view::{self, ViewError};
+use crate::view::{self, Opening, ViewError};
 
 use super::printer::TracePrinter;
 
@@ -32,12 +32,16 @@ pub fn show(
     let is_closed = Arc::new(AtomicBool::new(false));
     let mut watched = Watched::new(reports, kind, printer.script_name());
     let mut printer = printer.for_page(sender, is_closed.clone());
-    view::announce(&page, no_browser)?;
+    let mut opening = Opening::begin(&page, no_browser)?;
     let is_pressed = interrupt.flag();
     thread::scope(|scope| {
         let is_over = is_pressed.clone();
         let shown = scope.spawn(move || {
-            let over = || is_over.load(Ordering::Relaxed);
+            let over = || {
+                // The trace goes on if its page's address cannot be printed.
+                let _ = opening.attend(&page);
+                is_over.load(Ordering::Relaxed)
+            };
             let shown = page.show(&mut watched, over, &view::advice());
             is_closed.store(true, Ordering::Relaxed);
             shown
