@@ -188,10 +188,7 @@ fn the_faults_of_many_robots_stop_the_run_once() {
     let scenario = scenario.replace("count = 6", "count = 300\nfirst_id = 1000");
     let mut live = start(&(scenario + ASSIGNMENT));
     let all = SCRIPT.replace("id == 4 and n == 10", "n == 10");
-    live.request(
-        &json!({ "run": { "texts": { "walk.bzz": all } } }).to_string(),
-        Duration::ZERO,
-    );
+    live.request(&json!({ "run": { "texts": { "walk.bzz": all } } }).to_string(), Duration::ZERO);
     let events = ask(&mut live, json!({ "play": {} }));
     assert_eq!(of_kind(&events, "fault").len(), 300);
     let stopped = of_kind(&events, "stopped");
