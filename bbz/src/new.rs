@@ -159,10 +159,7 @@ fn readme(name: &str, robot: &str) -> String {
     let lines = [
         (line(&["check", &script, "--robot", robot]), "find mistakes"),
         (line(&["sim", &scenario]), "run the scenario, which is also a test"),
-        (
-            line(&["sim", &scenario, "--view", "--edit"]),
-            "watch it in a page, and change the script there",
-        ),
+        (line(&["sim", &scenario, "--view"]), "watch it in a page, and change the script there"),
         (line(&["robots", robot]), "the functions that a script can call"),
         (line(&["guide"]), "language, functions and commands as one page"),
     ];

@@ -22,6 +22,7 @@ mod own_robot;
 mod probe;
 mod run;
 mod sim;
+mod sim_view;
 mod stubs;
 mod support;
 mod trace;

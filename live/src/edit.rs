@@ -1,18 +1,21 @@
 //! Requests of an editor: to show, check, run, load and write scripts.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bittybuzz_arena::run::{Session, Setup, Simulation};
-use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError, WorldChange};
+use bittybuzz_arena::scenario::{
+    Group, Scenario, ScenarioError, WorldChange, file_sections, without_files,
+};
 use serde_json::{Value, json};
 
 use crate::begin;
 use crate::compiler_message::CompilerMessage;
 use crate::controls::{self, Control};
-use crate::hand_in::{TextFile, seconds};
+use crate::hand_in::{TextFile, seconds, sha256};
 use crate::page_event::{
-    DiagnosticsEvent, PageEvent, RanEvent, ScriptEvent, ScriptText, WrittenEvent,
+    ChangedEvent, DiagnosticsEvent, PageEvent, RanEvent, ScenarioEvent, ScriptEvent, WrittenEvent,
 };
 use crate::request::Texts;
 use crate::set_up::{messages, set_up, text_of};
@@ -41,18 +44,28 @@ pub fn names(setup: &Setup) -> Vec<String> {
     scripts(scenario).into_iter().map(|script| name_of(scenario, script)).collect()
 }
 
-/// Returns the texts with which the session began, without those that cannot be read any more.
+/// Returns the texts with which the run began: those of its scripts, and `scenario`, that of the
+/// scenario. A script that could not be read then is missing.
 pub fn begun(drafts: &Drafts, setup: &Setup, scenario: &str) -> Texts {
     let own = scripts(&setup.scenario).into_iter();
-    let own = own
-        .filter_map(|script| Some((name_of(&setup.scenario, script), drafts.begun(script).ok()?)));
+    let own = own.filter_map(|script| {
+        Some((name_of(&setup.scenario, script), drafts.begun(script)?.into()))
+    });
     own.chain([(name_of_scenario(drafts, setup), scenario.to_owned())]).collect()
+}
+
+/// Returns the names of the scripts that the client may write to their files.
+pub fn writable(drafts: &Drafts, setup: &Setup) -> Vec<String> {
+    let scenario = &setup.scenario;
+    let own = scripts(scenario).into_iter().filter(|script| drafts.may_write(setup, script));
+    own.map(|script| name_of(scenario, script)).collect()
 }
 
 /// Returns the controls of all scripts, at most one for each global.
 pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Control> {
     // A file that cannot be read any more has no controls; the editor shows the error.
-    let texts = scripts(&setup.scenario).into_iter().filter_map(|script| drafts.text(script).ok());
+    let texts = scripts(&setup.scenario).into_iter();
+    let texts = texts.filter_map(|script| drafts.text(setup, script).ok());
     let mut once: Vec<Control> = Vec::new();
     for control in texts.flat_map(|text| controls::read(&text)).flatten() {
         if once.iter().all(|other| other.name() != control.name()) {
@@ -72,24 +85,50 @@ pub fn is_scenario(drafts: &Drafts, setup: &Setup, name: &str) -> bool {
     name == name_of_scenario(drafts, setup)
 }
 
-/// Returns the event with a script, or with the scenario.
+/// Returns the path of a script, or of the scenario.
+pub fn path_of(drafts: &Drafts, setup: &Setup, name: &str) -> Result<PathBuf, String> {
+    match is_scenario(drafts, setup, name) {
+        true => Ok(drafts.workshop().scenario().to_owned()),
+        false => find(setup, name),
+    }
+}
+
+/// Returns the path of a script and the text of its file, if it can be read. For the scenario it is
+/// `opened`, the text with which the session was opened.
+pub fn saved(
+    drafts: &Drafts,
+    setup: &Setup,
+    name: &str,
+    opened: &str,
+) -> Result<(PathBuf, Option<String>), String> {
+    let path = path_of(drafts, setup, name)?;
+    let saved = match is_scenario(drafts, setup, name) {
+        true => Some(opened.to_owned()),
+        false => drafts.saved(setup, &path).ok(),
+    };
+    Ok((path, saved))
+}
+
+/// Returns the event with a script, or with the scenario. `scenario` is the text of the scenario, and
+/// `opened` the one with which the session was opened.
 pub fn show(
     drafts: &Drafts,
     setup: &Setup,
     name: &str,
-    scenario: &str,
+    [scenario, opened]: [&str; 2],
 ) -> Result<PageEvent, String> {
-    let (path, text, words) = match is_scenario(drafts, setup, name) {
-        true => (drafts.workshop().scenario().to_owned(), scenario.to_owned(), Vec::new()),
+    let (path, saved) = saved(drafts, setup, name, opened)?;
+    let (text, words) = match is_scenario(drafts, setup, name) {
+        true => (scenario.to_owned(), Vec::new()),
         false => {
-            let script = find(setup, name)?;
-            let text = drafts.text(&script)?;
-            let words = words::describe(groups_with(&setup.scenario, &script));
-            (script, text, words)
+            let words = words::describe(groups_with(&setup.scenario, &path));
+            (drafts.text(setup, &path)?, words)
         }
     };
     let (name, file) = (name.to_owned(), path.display().to_string());
-    Ok(PageEvent::Script(ScriptEvent { name, file, text, words }))
+    let sha256 = saved.as_deref().map(sha256).unwrap_or_default();
+    let saved = saved.unwrap_or_default();
+    Ok(PageEvent::Script(ScriptEvent { name, file, text, saved, sha256, words }))
 }
 
 /// Returns the event with the compiler's messages about a text.
@@ -129,7 +168,7 @@ pub fn load(
         return Err(EditError::Errors(vec![name.to_owned()], vec![diagnostics]));
     }
     let count = drafts.count();
-    let path = drafts.keep(&script, text);
+    let path = drafts.keep(&setup, &script, text);
     let draft = name_of(&setup.scenario, &path);
     // JSON's notation of strings and numbers is valid TOML.
     let keep = if keep { "\nkeep = true" } else { "" };
@@ -194,7 +233,7 @@ pub fn begin(
     if keep_changes {
         repeat(&mut run, earlier)?;
     }
-    drafts.begin(own);
+    drafts.begin(run.setup(), own);
     let mut events: Vec<PageEvent> = found.into_iter().map(PageEvent::Diagnostics).collect();
     events.push(PageEvent::Began);
     Ok(NewRun { run, scenario: text.to_owned(), events })
@@ -274,7 +313,13 @@ pub fn handed_in(
              beginning, then hand in what has run"
         ));
     }
-    let text = |script: &Path| Ok((script.to_owned(), drafts.begun(script)?));
+    let text = |script: &Path| match drafts.begun(script) {
+        Some(text) => Ok((script.to_owned(), text.to_owned())),
+        None => Err(format!(
+            "`{}` could not be read when the run began: press Run, then hand in what has run",
+            name_of(&run.setup().scenario, script)
+        )),
+    };
     scripts(&run.setup().scenario).into_iter().map(text).collect()
 }
 
@@ -284,25 +329,76 @@ pub fn files(setup: &Setup, texts: Vec<Text>) -> Vec<TextFile> {
     texts.into_iter().map(|(script, text)| TextFile::new(name(&script), text)).collect()
 }
 
-/// Writes a text to the file of a script. Returns the event about it.
+/// Writes a text to the file of a script. Returns the event about it. With `over`, nothing is written
+/// if the file has a text with another SHA-256.
 pub fn write(
     drafts: &mut Drafts,
     setup: &Setup,
-    name: &str,
-    text: &str,
+    (name, text): (&str, &str),
+    over: Option<&str>,
 ) -> Result<PageEvent, String> {
     let script = find(setup, name)?;
+    let name = name.to_owned();
+    // A file that may not be written is refused below, whatever its text is.
+    if let Some(over) = over.filter(|_| drafts.may_write(setup, &script)) {
+        let saved = drafts.saved(setup, &script).ok();
+        let now = saved.as_deref().map(sha256).unwrap_or_default();
+        if now != over {
+            return Ok(PageEvent::Changed(ChangedEvent { name, saved, sha256: now }));
+        }
+    }
+    if setup.scenario.embedded.contains(&script) {
+        return Err(format!("`{name}` stands in the scenario: download it, or save the scenario"));
+    }
     drafts.write(&script, text)?;
-    Ok(PageEvent::Written(WrittenEvent { name: name.to_owned() }))
+    Ok(PageEvent::Written(WrittenEvent { name, sha256: sha256(text) }))
 }
 
-/// Returns the scripts that a saved session needs in addition to the existing files.
-pub fn needed(drafts: &Drafts, setup: &Setup) -> Vec<ScriptText> {
-    let script = |(path, text): (&Path, &str)| ScriptText {
-        name: name_of(&setup.scenario, path),
-        text: text.to_owned(),
+/// Returns the session as a scenario that runs from any folder: it has all commands, and the texts
+/// that the run needs.
+pub fn scenario(drafts: &Drafts, setup: &Setup, text: &str, commands: &str) -> ScenarioEvent {
+    let mut files: BTreeMap<String, String> = BTreeMap::new();
+    for (path, text) in drafts.texts(setup) {
+        for name in embedded_names(drafts, setup, &path) {
+            files.insert(name, text.clone());
+        }
+    }
+    let images = setup.scenario.groups.iter().filter_map(|group| group.backend.firmware());
+    let others = setup.scripts().map(|(_, script)| script).chain(images);
+    let others: BTreeSet<String> = others.map(|path| name_of(&setup.scenario, path)).collect();
+    let missing = others.into_iter().filter(|name| !files.contains_key(name)).collect();
+    let files = files.iter().map(|(name, text)| (name.as_str(), text.as_str()));
+    let (text, files) = (without_files(text), file_sections(files));
+    let parts = [&text, commands, &files].map(str::trim).into_iter();
+    let parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
+    ScenarioEvent { text: parts.join("\n\n") + "\n", missing }
+}
+
+/// Returns the names under which a file is found in a scenario with `[[file]]`: the path from its
+/// folder, and for an included file also the path from the folder where the search found it.
+fn embedded_names(drafts: &Drafts, setup: &Setup, path: &Path) -> BTreeSet<String> {
+    let folder = setup.scenario.folder.as_path();
+    let included = drafts.workshop().include_folders();
+    let below = |folder: &Path| match folder.as_os_str().is_empty() && path.is_absolute() {
+        true => None,
+        false => path.strip_prefix(folder).ok().map(Path::to_owned),
     };
-    drafts.needed(setup).into_iter().map(script).collect()
+    let mut names: BTreeSet<PathBuf> = included.iter().filter_map(|folder| below(folder)).collect();
+    names.extend(below(folder));
+    if names.is_empty() {
+        names.insert(path.to_owned());
+    }
+    names.iter().map(|name| with_slashes(name)).collect()
+}
+
+/// Returns a path with `/` between its parts, which every system reads.
+fn with_slashes(path: &Path) -> String {
+    if path.is_absolute() {
+        return path.display().to_string();
+    }
+    let parts: Vec<String> =
+        path.components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect();
+    parts.join("/")
 }
 
 /// Returns the event with the compiler's messages and the malformed controls in a text.

@@ -32,7 +32,8 @@ impl TextFile {
     }
 }
 
-fn sha256(text: &str) -> String {
+/// Returns the SHA-256 of a text in hexadecimal, as `sha256sum` prints it.
+pub fn sha256(text: &str) -> String {
     Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 

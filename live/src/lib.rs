@@ -25,12 +25,14 @@
 //! | `{"inspect":{"robot":5}}` | after each sample an event has the memory of the robot with this number; `null`: no more |
 //! | `{"watch":{"messages":true,"quantity":"led"}}` | after each sample an event has the messages since the one before, and one has the quantity, which is written as in `plot` (docs/scenario.md); `false` and `null`: no more |
 //! | `"commands"` | an event has all commands, as the text of `[[event]]`s |
-//! | `"scenario"` | an event has the scenario with all commands as its last events: it replays the session |
+//! | `"scenario"` | an event has the scenario with all commands as its last events, and with the scripts in it: it replays the session from any folder |
 //! | `{"script":{"name":"walk.bzz"}}` | an event has the text of a script, and the names that it may use |
 //! | `{"check":{"name":"walk.bzz","text":"…"}}` | an event has the compiler's messages about a text in the place of the script |
 //! | `{"run":{"texts":{"walk.bzz":"…"},"keep_changes":true}}` | the run starts again from the beginning with these texts of scripts and of the scenario; with `keep_changes` the commands act again at their times |
 //! | `{"load":{"name":"walk.bzz","text":"…","robots":[3],"keep":true}}` | the robots with these ids get the text as a draft of the script, by a command; without `robots` all that have the script. With `keep` their globals keep numbers |
-//! | `{"write":{"name":"walk.bzz","text":"…"}}` | the text is written to the file of the script, if the client may |
+//! | `{"write":{"name":"walk.bzz","text":"…","over":"…"}}` | the text is written to the file of the script, if the client may, and if the file has the text with this SHA-256; without `over` whatever the file has |
+//! | `{"unsaved":{"name":"walk.bzz","text":"…","over":"…"}}` | the text is kept for the next session, which offers it; `null`: no text is unsaved |
+//! | `{"discard":{"id":"…"}}` | a text that was offered is forgotten |
 //! | `{"explain":{"code":"E0201"}}` | an event has the explanation of a message of the compiler, in Markdown |
 //! | `{"sweep":{"key":"medium.ir.loss","values":["0","0.3"],"seeds":5,"quantity":"led"}}` | trials next to the session: the scenario from its start with the last drafts, each value with that number of seeds; the key may be a global, as `global.JOIN` |
 //! | `{"hand_in":{"by":"Ada","texts":{"walk.bzz":"…"}}}` | a trial whose result is an event with a file for `bbz grade`, if the run began with these texts |
@@ -52,8 +54,8 @@
 //! recording's magic bytes starts a new recording, for example after a step back.
 //!
 //! # What it will not do
-//! Read or write files (the caller's [`Workshop`] does; a [`Shelf`] is one in memory), listen on a
-//! network, draw.
+//! Read or write files (the caller's [`Workshop`] and [`UnsavedStore`] do; a [`Shelf`] is a workshop in
+//! memory), listen on a network, draw.
 
 mod begin;
 mod compiler_message;
@@ -76,6 +78,7 @@ mod set_up;
 mod shelf;
 mod source;
 mod trials;
+mod unsaved;
 mod watch;
 mod watched;
 mod words;
@@ -83,12 +86,13 @@ mod workshop;
 
 pub use compiler_message::CompilerMessage;
 pub use defect::Defect;
-pub use hand_in::{HandIn, TextFile};
+pub use hand_in::{HandIn, TextFile, sha256};
 pub use live::Live;
 pub use page_event::{DefectEvent, PageEvent};
 pub use replay::Replay;
 pub use set_up::{set_up, text_of};
 pub use shelf::{SharedFiles, Shelf};
 pub use source::Source;
+pub use unsaved::{KeptText, UnsavedStore, UnsavedText};
 pub use watched::{ReportContent, RobotReport, Watched};
 pub use workshop::Workshop;

@@ -25,6 +25,7 @@ use crate::request::{Request, Texts};
 use crate::samples::Samples;
 use crate::source::Source;
 use crate::trials::{self, TrialPurpose, Trials, Variant};
+use crate::unsaved::{Unsaved, UnsavedStore};
 use crate::watch::Watch;
 use crate::workshop::{Drafts, Workshop};
 
@@ -41,6 +42,8 @@ pub struct Live {
     session: Session,
     /// The text of the scenario.
     scenario: String,
+    /// The text of the scenario with which the session was opened.
+    opened: String,
     pace: Pace,
     samples: Samples,
     events: Vec<PageEvent>,
@@ -49,6 +52,7 @@ pub struct Live {
     watch: Watch,
     /// `None` if scripts cannot be edited.
     drafts: Option<Drafts>,
+    unsaved: Unsaved,
     trials: Option<Trials>,
     /// Lamps and commands, as they were last sent to the client.
     conditions: ConditionsEvent,
@@ -68,6 +72,7 @@ impl Live {
         let conditions = conditions::describe(session.run());
         let mut live = Live {
             session,
+            opened: scenario.clone(),
             scenario,
             pace: Pace::Paused,
             samples: Samples::NEW,
@@ -75,6 +80,7 @@ impl Live {
             inspected: None,
             watch: Watch::default(),
             drafts: None,
+            unsaved: Unsaved::default(),
             trials: None,
             conditions,
             verdicts: Vec::new(),
@@ -88,7 +94,16 @@ impl Live {
     /// Allows the client to edit the scripts of the session.
     #[must_use]
     pub fn with_workshop(mut self, workshop: impl Workshop + 'static) -> Self {
-        self.drafts = Some(Drafts::new(Box::new(workshop)));
+        let setup = self.session.run().setup();
+        self.drafts = Some(Drafts::new(Box::new(workshop), setup));
+        self.begin();
+        self
+    }
+
+    /// Keeps texts that the client types and does not save.
+    #[must_use]
+    pub fn with_unsaved(mut self, store: impl UnsavedStore + 'static) -> Self {
+        self.unsaved = Unsaved::new(store);
         self.begin();
         self
     }
@@ -151,18 +166,23 @@ impl Live {
                 return;
             }
             Request::Scenario => {
-                let text =
-                    format!("{}\n\n{}", self.scenario.trim_end(), self.session.run().commands());
-                let text = text.trim_end().to_owned() + "\n";
-                let setup = self.session.run().setup();
-                let scripts = self.drafts.as_ref().map(|drafts| edit::needed(drafts, setup));
-                self.events.push(PageEvent::Scenario(ScenarioEvent { text, scripts }));
+                let (run, commands) = (self.session.run(), self.session.run().commands());
+                let event = match &self.drafts {
+                    Some(drafts) => edit::scenario(drafts, run.setup(), &self.scenario, &commands),
+                    None => {
+                        let text = format!("{}\n\n{commands}", self.scenario.trim_end());
+                        let text = text.trim_end().to_owned() + "\n";
+                        ScenarioEvent { text, missing: Vec::new() }
+                    }
+                };
+                self.events.push(PageEvent::Scenario(event));
                 return;
             }
             Request::Script { name } => {
-                let scenario = self.scenario.clone();
+                let (scenario, opened) = (self.scenario.clone(), self.opened.clone());
                 return self.edit(|drafts, session| {
-                    Ok(vec![edit::show(drafts, session.run().setup(), &name, &scenario)?])
+                    let texts = [scenario.as_str(), &opened];
+                    Ok(vec![edit::show(drafts, session.run().setup(), &name, texts)?])
                 });
             }
             Request::Check { name, text } => {
@@ -192,11 +212,23 @@ impl Live {
                 });
                 return self.add_conditions();
             }
-            Request::Write { name, text } => {
+            Request::Write { name, text, over } => {
                 return self.edit(|drafts, session| {
-                    Ok(vec![edit::write(drafts, session.run().setup(), &name, &text)?])
+                    let (setup, text) = (session.run().setup(), (name.as_str(), text.as_str()));
+                    Ok(vec![edit::write(drafts, setup, text, over.as_deref())?])
                 });
             }
+            Request::Unsaved { name, text, over } => {
+                let mut unsaved = std::mem::take(&mut self.unsaved);
+                self.edit(|drafts, session| {
+                    let session = (&*drafts, &**session.run().setup());
+                    unsaved.keep(session, &name, text.as_deref(), &over)?;
+                    Ok(Vec::new())
+                });
+                self.unsaved = unsaved;
+                return;
+            }
+            Request::Discard { id } => return self.unsaved.discard(&id),
             Request::Explain { code } => {
                 match explain(&code) {
                     Some(text) => {
@@ -477,8 +509,9 @@ impl Source for Live {
             names: edit::names(setup),
             scenario: edit::name_of_scenario(drafts, setup),
             file: drafts.workshop().scenario().display().to_string(),
-            may_write: drafts.may_write(),
+            writable: edit::writable(drafts, setup),
             begun: edit::begun(drafts, setup, &self.scenario),
+            unsaved: self.unsaved.begin(drafts, setup, &self.opened),
         });
         let controls = self.drafts.as_ref().map(|drafts| edit::controls(drafts, setup));
         let stops_on_error = Some(self.stops_on_error());

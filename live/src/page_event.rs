@@ -10,6 +10,7 @@ use crate::compiler_message::CompilerMessage;
 use crate::controls::{Control, ControlProblem};
 use crate::inspection::MemoryDescription;
 use crate::request::Texts;
+use crate::unsaved::UnsavedText;
 use crate::words::Word;
 
 /// An event. In JSON, the key `event` has the name of the variant.
@@ -49,6 +50,8 @@ pub enum PageEvent {
     Ran(RanEvent),
     /// A text was written to its file.
     Written(WrittenEvent),
+    /// A text was not written, because its file has changed.
+    Changed(ChangedEvent),
     /// The explanation of a message of the compiler.
     Explanation(ExplanationEvent),
     /// The digest of the run.
@@ -247,10 +250,12 @@ pub struct ScriptsDescription {
     pub scenario: String,
     /// The path of the scenario.
     pub file: String,
-    /// True if the client may write scripts to their files.
-    pub may_write: bool,
-    /// The texts with which the run began. A script that cannot be read any more is missing.
+    /// The names of the scripts that the client may write to their files.
+    pub writable: Vec<String>,
+    /// The texts with which the run began. A script that could not be read then is missing.
     pub begun: Texts,
+    /// Texts that were typed earlier and not saved.
+    pub unsaved: Vec<UnsavedText>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -380,19 +385,10 @@ pub struct CommandsEvent {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ScenarioEvent {
-    /// The scenario with all commands as its last events.
+    /// The scenario with all commands as its last events. It has the texts that the run needs.
     pub text: String,
-    /// The scripts that it needs in addition to the existing files; `None` if scripts cannot be
-    /// edited.
-    pub scripts: Option<Vec<ScriptText>>,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct ScriptText {
-    /// The path relative to the folder of the scenario.
-    pub name: String,
-    pub text: String,
+    /// The names of files that are no texts, so that the scenario needs them next to it.
+    pub missing: Vec<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -402,6 +398,10 @@ pub struct ScriptEvent {
     /// The path of the file.
     pub file: String,
     pub text: String,
+    /// The text of the file, which differs from `text` if robots run a draft.
+    pub saved: String,
+    /// SHA-256 of `saved` in hexadecimal; empty if the file cannot be read.
+    pub sha256: String,
     /// The names that the text may use.
     pub words: Vec<Word>,
 }
@@ -430,6 +430,18 @@ pub struct RanEvent {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct WrittenEvent {
     pub name: String,
+    /// SHA-256 of the text in hexadecimal.
+    pub sha256: String,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct ChangedEvent {
+    pub name: String,
+    /// The text of the file; `None` if it cannot be read.
+    pub saved: Option<String>,
+    /// SHA-256 of that text in hexadecimal; empty if the file cannot be read.
+    pub sha256: String,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -92,6 +92,24 @@ pub enum Request {
         /// The path of the script relative to the folder of the scenario.
         name: String,
         text: String,
+        /// SHA-256 of the text that the client takes for that of the file. If the file has another
+        /// one, it is not written. `None` writes it in any case.
+        #[serde(default)]
+        over: Option<String>,
+    },
+    /// Keeps a text that was typed and not saved, so that the next session can offer it.
+    Unsaved {
+        /// The script, or the scenario.
+        name: String,
+        /// `None` if no text of this client is unsaved.
+        text: Option<String>,
+        /// SHA-256 of the text of the file.
+        over: String,
+    },
+    /// Forgets an unsaved text that was offered.
+    Discard {
+        /// The `id` of the text.
+        id: String,
     },
     /// Requests the explanation of a message of the compiler.
     Explain {

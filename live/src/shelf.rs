@@ -44,6 +44,7 @@ impl SharedFiles {
         String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text\n"))
     }
 
+    /// Compiles a text for the robots of a group.
     fn compile(&self, script: &Path, text: String, group: &Group) -> Compiled {
         let robot = Some(group.robot.clone());
         let mut robots = all_shipped();
@@ -53,14 +54,19 @@ impl SharedFiles {
         let outside = (*group.outside).clone();
         let options = Options { robot, robots, profile: None, outside };
         let files = &*self.lock();
-        let loader =
-            IncludeLoader { library: bittybuzz_library::FILES, ..IncludeLoader::new(files) };
+        let files = group.embedded.over(files);
+        let folders = group.embedded.include_folder().map(Path::to_owned).into_iter().collect();
+        let library = bittybuzz_library::FILES;
+        let loader = IncludeLoader { library, folders, ..IncludeLoader::new(&files) };
         compile(script, text, &loader, &options)
     }
 
-    /// Compiles a script for the robots of a group. An error is a text for users.
-    fn program(&self, script: &Path, group: &Group) -> Result<Program, String> {
-        let compiled = self.compile(script, self.read(script)?, group);
+    /// Compiles a script for the robots of a group: its draft, or else the file. An error is a text
+    /// for users.
+    fn program(&self, drafts: &Self, script: &Path, group: &Group) -> Result<Program, String> {
+        let draft = drafts.read(script).ok().or_else(|| group.embedded.text(script));
+        let text = draft.map_or_else(|| self.read(script), Ok)?;
+        let compiled = self.compile(script, text, group);
         let Some(image) = compiled.image else {
             let renderer = Renderer::new(&compiled.sources);
             let texts = compiled.diagnostics.iter();
@@ -76,13 +82,14 @@ impl SharedFiles {
 #[derive(Debug)]
 pub struct Shelf {
     files: SharedFiles,
+    drafts: SharedFiles,
     scenario: PathBuf,
 }
 
 impl Shelf {
     /// Returns a shelf for the scenario at a path.
     pub fn new(files: SharedFiles, scenario: PathBuf) -> Self {
-        Shelf { files, scenario }
+        Shelf { files, drafts: SharedFiles::default(), scenario }
     }
 
     /// Opens the scenario and compiles its scripts. Returns the run before its first tick, with the
@@ -108,8 +115,8 @@ impl Workshop for Shelf {
     }
 
     fn compiler(&self) -> Compiler {
-        let files = self.files.clone();
-        Arc::new(move |script, group| files.program(script, group))
+        let (files, drafts) = (self.files.clone(), self.drafts.clone());
+        Arc::new(move |script, group| files.program(&drafts, script, group))
     }
 
     fn read(&self, script: &Path) -> Result<String, String> {
@@ -121,10 +128,10 @@ impl Workshop for Shelf {
     }
 
     fn keep(&mut self, script: &Path, text: &str) {
-        self.files.add(script, text);
+        self.drafts.add(script, text);
     }
 
-    fn may_write(&self) -> bool {
+    fn may_write(&self, _: &Path) -> bool {
         false
     }
 

@@ -1,12 +1,14 @@
 //! Scripts of a session while they are edited: texts, messages of the compiler, and drafts that
 //! robots run.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_arena::run::{Compiler, Setup};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::diagnostic::Severity;
+use bittybuzz_compiler::include::LIBRARY_FOLDER;
 use bittybuzz_compiler::render::Renderer;
 use bittybuzz_robot_spec::Robot;
 
@@ -34,18 +36,23 @@ pub trait Workshop {
     /// now on.
     fn keep(&mut self, script: &Path, text: &str);
 
-    /// Returns true if the client may write scripts.
-    fn may_write(&self) -> bool;
+    /// Returns true if the client may write the file of a script.
+    fn may_write(&self, script: &Path) -> bool;
 
     /// Writes a text to the file of a script. An error is a text for users.
     fn write(&self, script: &Path, text: &str) -> Result<(), String>;
+
+    /// Returns the folders in which included files are searched, next to that of the including file.
+    fn include_folders(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
 }
 
 /// The path and the text of a script.
 pub type Text = (PathBuf, String);
 
 /// A version of a script that is not in a file and that robots can run. `path` equals `script` if
-/// the session began with this version.
+/// the run began with this version.
 struct Draft {
     script: PathBuf,
     path: PathBuf,
@@ -56,25 +63,65 @@ struct Draft {
 pub struct Drafts {
     workshop: Box<dyn Workshop>,
     drafts: Vec<Draft>,
-    /// Scripts whose files were overwritten, with the texts that the run began with.
-    originals: Vec<Text>,
+    /// The texts with which the run began, by their paths: scripts, included files and robot
+    /// files. The files may change later.
+    begun: BTreeMap<PathBuf, String>,
 }
 
 impl Drafts {
-    /// Returns a workshop without drafts.
-    pub fn new(workshop: Box<dyn Workshop>) -> Self {
-        Drafts { workshop, drafts: Vec::new(), originals: Vec::new() }
+    /// Returns a workshop without drafts, for a session with that setup.
+    pub fn new(workshop: Box<dyn Workshop>, setup: &Setup) -> Self {
+        let mut drafts = Drafts { workshop, drafts: Vec::new(), begun: BTreeMap::new() };
+        drafts.begun = drafts.texts(setup);
+        drafts
     }
 
-    /// Returns true if the client may write scripts.
-    pub fn may_write(&self) -> bool {
-        self.workshop.may_write()
+    /// Returns true if the client may write the file of a script.
+    pub fn may_write(&self, setup: &Setup, script: &Path) -> bool {
+        !setup.scenario.embedded.contains(script) && self.workshop.may_write(script)
     }
 
     /// Returns the last draft of a script, or else the text of its file.
-    pub fn text(&self, script: &Path) -> Result<String, String> {
+    pub fn text(&self, setup: &Setup, script: &Path) -> Result<String, String> {
         let last = self.drafts.iter().rfind(|draft| draft.script == script);
-        last.map_or_else(|| self.workshop.read(script), |draft| Ok(draft.text.clone()))
+        last.map_or_else(|| self.saved(setup, script), |draft| Ok(draft.text.clone()))
+    }
+
+    /// Returns the text of a file.
+    pub fn saved(&self, setup: &Setup, file: &Path) -> Result<String, String> {
+        let embedded = setup.scenario.embedded.text(file);
+        embedded.map_or_else(|| self.workshop.read(file), Ok)
+    }
+
+    /// Returns the texts that a run with that setup needs, by their paths: scripts with their
+    /// drafts, included files and robot files. Images and object files are no texts.
+    pub fn texts(&self, setup: &Setup) -> BTreeMap<PathBuf, String> {
+        let mut texts = BTreeMap::new();
+        for (group, script) in setup.scripts().filter(|(_, script)| is_script(script)) {
+            let draft = self.drafts.iter().find(|draft| draft.path == script);
+            let text = match (draft, self.begun.get(script)) {
+                (Some(draft), _) => Ok(draft.text.clone()),
+                (None, Some(text)) => Ok(text.clone()),
+                (None, None) => self.saved(setup, script),
+            };
+            // A file that cannot be read any more is missing in the saved scenario, too.
+            let Ok(text) = text else { continue };
+            let sources = self.workshop.compile(script, &text, group).sources;
+            for (_, source) in sources.files() {
+                if !source.path.starts_with(LIBRARY_FOLDER) {
+                    let text = self.begun.get(&source.path).unwrap_or(&source.text);
+                    texts.insert(source.path.clone(), text.clone());
+                }
+            }
+            texts.insert(script.to_owned(), text);
+        }
+        for file in setup.scenario.groups.iter().filter_map(|group| group.robot_file.as_ref()) {
+            let text = self.begun.get(file).cloned().map_or_else(|| self.saved(setup, file), Ok);
+            if let Ok(text) = text {
+                texts.insert(file.clone(), text);
+            }
+        }
+        texts
     }
 
     /// Compiles a text as a script for the robots of some groups, once for each different robot.
@@ -105,17 +152,14 @@ impl Drafts {
         (messages, has_error)
     }
 
-    /// Returns the text of a script with which the session began.
-    pub fn begun(&self, script: &Path) -> Result<String, String> {
-        let original = self.originals.iter().find(|(path, _)| path == script);
-        let draft = self.drafts.iter().find(|draft| draft.path == script);
-        let kept = original.map(|(_, text)| text).or(draft.map(|draft| &draft.text));
-        kept.map_or_else(|| self.workshop.read(script), |text| Ok(text.clone()))
+    /// Returns the text of a script with which the run began.
+    pub fn begun(&self, script: &Path) -> Option<&str> {
+        self.begun.get(script).map(String::as_str)
     }
 
     /// Stores a text as a draft of a script and returns its path. The first draft of `walk.bzz` is
     /// `walk.1.bzz`, unless this file exists. The same text gets no second draft.
-    pub fn keep(&mut self, script: &Path, text: &str) -> PathBuf {
+    pub fn keep(&mut self, setup: &Setup, script: &Path, text: &str) -> PathBuf {
         let same = |draft: &&Draft| draft.script == script && draft.text == text;
         if let Some(draft) = self.drafts.iter().find(same) {
             return draft.path.clone();
@@ -125,7 +169,7 @@ impl Drafts {
         let path = loop {
             let path = script.with_file_name(format!("{stem}.{number}.bzz"));
             let is_draft = self.drafts.iter().any(|draft| draft.path == path);
-            if !is_draft && self.workshop.read(&path).is_err() {
+            if !is_draft && self.saved(setup, &path).is_err() {
                 break path;
             }
             number += 1;
@@ -173,46 +217,36 @@ impl Drafts {
         last
     }
 
-    /// Prepares a new session that begins with these texts of scripts.
-    pub fn begin(&mut self, mut texts: Vec<Text>) {
+    /// Prepares a run with another setup, which begins with these texts of scripts.
+    pub fn begin(&mut self, setup: &Setup, mut texts: Vec<Text>) {
         // A text that is the one of its file needs no draft, unless an earlier draft hides the file.
         texts.retain(|(script, text)| {
             let has_draft = self.drafts.iter().any(|draft| draft.script == *script);
-            has_draft || self.workshop.read(script).as_ref() != Ok(text)
+            has_draft || self.saved(setup, script).as_ref() != Ok(text)
         });
         texts.iter().for_each(|(script, text)| self.workshop.keep(script, text));
         let draft = |(script, text): Text| Draft { path: script.clone(), script, text };
         self.drafts = texts.into_iter().map(draft).collect();
-        self.originals.clear();
+        self.begun.clear();
+        self.begun = self.texts(setup);
     }
 
-    /// Writes a text to the file of a script, and keeps the text that the run began with.
+    /// Writes a text to the file of a script.
     pub fn write(&mut self, script: &Path, text: &str) -> Result<(), String> {
-        let before = self.workshop.read(script)?;
-        self.workshop.write(script, text)?;
-        let is_draft = self.drafts.iter().any(|draft| draft.path == script);
-        if !is_draft && self.originals.iter().all(|(of, _)| of != script) {
-            self.originals.push((script.to_owned(), before));
-        }
-        Ok(())
+        self.workshop.write(script, text)
     }
+}
 
-    /// Returns the scripts that a saved session needs and that are not in files: the drafts that
-    /// were loaded, and the original texts of scripts that were overwritten.
-    pub fn needed(&self, setup: &Setup) -> Vec<(&Path, &str)> {
-        let is_loaded = |draft: &&Draft| setup.scripts().any(|(_, path)| path == draft.path);
-        let drafts = self.drafts.iter().filter(is_loaded);
-        let originals = self.originals.iter().map(|(path, text)| (&**path, &**text));
-        originals.chain(drafts.map(|draft| (&*draft.path, &*draft.text))).collect()
-    }
+/// Returns true for the path of a script, and false for that of an image or object file.
+fn is_script(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "bzz")
 }
 
 /// Returns the scripts of a scenario, each once, without images and object files.
 pub fn scripts(scenario: &Scenario) -> Vec<&Path> {
     let mut scripts: Vec<&Path> = Vec::new();
     for (_, path) in scenario.programs() {
-        if path.extension().is_some_and(|extension| extension == "bzz") && !scripts.contains(&path)
-        {
+        if is_script(path) && !scripts.contains(&path) {
             scripts.push(path);
         }
     }

@@ -10,7 +10,7 @@ use bittybuzz_arena::run::{Compiler, Program, Session, Setup, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{Files, IncludeLoader, MemoryFiles};
-use bittybuzz_live::{Live, Source, Workshop};
+use bittybuzz_live::{KeptText, Live, Source, UnsavedStore, Workshop, sha256};
 use serde_json::{Value, json};
 
 use crate::taken;
@@ -39,8 +39,9 @@ fn read(files: &MemoryFiles, script: &Path) -> Result<String, String> {
 }
 
 fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
-    let text = read(files, script)?;
-    let compiled = compile(script, text, &IncludeLoader::new(files), &options(group));
+    let text = group.embedded.text(script).map_or_else(|| read(files, script), Ok)?;
+    let files = group.embedded.over(files);
+    let compiled = compile(script, text, &IncludeLoader::new(&files), &options(group));
     let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
     let program = compiled.image.map(|image| Program { image, symbols, sources });
     program.ok_or_else(|| compiled.diagnostics[0].message.clone())
@@ -92,7 +93,7 @@ impl Workshop for Folder {
         *drafts = drafts.clone().with(script, text);
     }
 
-    fn may_write(&self) -> bool {
+    fn may_write(&self, _: &Path) -> bool {
         self.may_write
     }
 
@@ -158,7 +159,7 @@ fn scripts_are_named_from_the_folder_of_the_scenario() {
     let (mut live, _) = start(false);
     let names = ["walk.bzz", "sub/own.bzz", "late.bzz"];
     let scripts = json!({
-        "names": names, "scenario": "s.toml", "file": "x/s.toml", "may_write": false,
+        "names": names, "scenario": "s.toml", "file": "x/s.toml", "writable": [], "unsaved": [],
         "begun": { "walk.bzz": SCRIPT, "sub/own.bzz": SCRIPT, "late.bzz": RED, "s.toml": SCENARIO },
     });
     assert_eq!(taken(&mut live)[0]["scripts"], scripts);
@@ -248,16 +249,11 @@ fn a_script_with_errors_does_not_run() {
     assert_eq!(live.session().run().commands(), "");
 }
 
-/// Checks that the saved session, in files of a new folder, has the same course.
+/// Checks that the saved session has the same course without any other file.
 fn assert_replays(live: &mut Live) {
     let saved = answer(live, json!("scenario"));
-    let own = [("walk.bzz", SCRIPT), ("sub/own.bzz", SCRIPT), ("late.bzz", RED)];
-    let mut files =
-        own.iter().fold(MemoryFiles::default(), |files, (name, text)| files.with(name, *text));
-    for script in saved["scripts"].as_array().unwrap() {
-        files = files.with(script["name"].as_str().unwrap(), script["text"].as_str().unwrap());
-    }
-    files = files.with("session.toml", saved["text"].as_str().unwrap());
+    assert_eq!(saved["missing"], json!([]));
+    let files = MemoryFiles::default().with("session.toml", saved["text"].as_str().unwrap());
     let models = bittybuzz_robot_models::all();
     let scenario = Scenario::open_in(&files, "session.toml".as_ref(), &[], &models).unwrap();
     let own = scenario.programs().map(|(group, script)| program(&files, script, group));
@@ -270,6 +266,15 @@ fn assert_replays(live: &mut Live) {
     assert_eq!(run.digest(), live.session().run().digest());
 }
 
+/// Returns the paths of the files in a saved session.
+fn saved_files(live: &mut Live) -> Vec<String> {
+    let saved = answer(live, json!("scenario"));
+    let text = saved["text"].as_str().unwrap();
+    assert!(text.starts_with("[world]"), "{text}");
+    let paths = text.lines().filter_map(|line| line.strip_prefix("path = "));
+    paths.map(|path| path.trim_matches('"').to_owned()).collect()
+}
+
 #[test]
 fn a_saved_session_has_its_drafts() {
     let (mut live, _) = start(false);
@@ -278,10 +283,8 @@ fn a_saved_session_has_its_drafts() {
     steps(&mut live, 4);
     ask(&mut live, json!({ "load": { "name": "sub/own.bzz", "text": format!("{RED}# other\n") } }));
     steps(&mut live, 92);
-    let saved = answer(&mut live, json!("scenario"));
-    let scripts = saved["scripts"].as_array().unwrap();
-    let names: Vec<_> = scripts.iter().map(|script| script["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["walk.2.bzz", "sub/own.1.bzz"]);
+    let names = ["late.bzz", "sub/own.1.bzz", "sub/own.bzz", "walk.2.bzz", "walk.bzz"];
+    assert_eq!(saved_files(&mut live), names);
     assert_replays(&mut live);
 }
 
@@ -291,11 +294,11 @@ fn a_saved_session_has_the_first_text_of_a_script_that_was_written() {
     steps(&mut live, 4);
     for text in [RED, "function step() { }\n"] {
         let event = answer(&mut live, json!({ "write": { "name": "walk.bzz", "text": text } }));
-        assert_eq!(event, json!({ "event": "written", "name": "walk.bzz" }));
+        let written = json!({ "event": "written", "name": "walk.bzz", "sha256": sha256(text) });
+        assert_eq!(event, written);
     }
     assert_eq!(*written.borrow(), ["x/walk.bzz", "x/walk.bzz"]);
-    let saved = answer(&mut live, json!("scenario"));
-    assert_eq!(saved["scripts"], json!([{ "name": "walk.bzz", "text": SCRIPT }]));
+    assert_eq!(saved_files(&mut live), ["late.bzz", "sub/own.bzz", "walk.bzz"]);
     assert_replays(&mut live);
     // The robots still run the first text; a draft of the written one is another script.
     let events = ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": RED } }));
@@ -491,12 +494,93 @@ fn an_edited_scenario_restarts_the_session() {
     assert_eq!(shown["text"], more);
     // The saved session contains that draft under the name of the script, and has the same course.
     steps(&mut live, 20);
-    let saved = answer(&mut live, json!("scenario"));
-    assert_eq!(saved["scripts"], json!([{ "name": "walk.bzz", "text": RED }]));
+    assert_eq!(saved_files(&mut live), ["late.bzz", "sub/own.bzz", "walk.bzz"]);
     assert_replays(&mut live);
     ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": format!("{RED}# 2\n") } }));
     steps(&mut live, 20);
     assert_replays(&mut live);
+}
+
+#[test]
+fn the_text_of_a_file_is_shown_next_to_its_draft() {
+    let (mut live, _) = start(true);
+    let show = json!({ "script": { "name": "walk.bzz" } });
+    let script = answer(&mut live, show.clone());
+    assert_eq!([&script["text"], &script["saved"]], [SCRIPT, SCRIPT]);
+    assert_eq!(script["sha256"], sha256(SCRIPT));
+    ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": RED } }));
+    let script = answer(&mut live, show.clone());
+    assert_eq!([&script["text"], &script["saved"]], [RED, SCRIPT]);
+    // The file is not the one that the client has read.
+    let over = sha256(RED);
+    let request = json!({ "write": { "name": "walk.bzz", "text": RED, "over": over } });
+    let changed = json!({
+        "event": "changed", "name": "walk.bzz", "saved": SCRIPT, "sha256": sha256(SCRIPT),
+    });
+    assert_eq!(answer(&mut live, request), changed);
+    let over = sha256(SCRIPT);
+    let request = json!({ "write": { "name": "walk.bzz", "text": RED, "over": over } });
+    assert_eq!(answer(&mut live, request)["event"], "written");
+    let script = answer(&mut live, show);
+    assert_eq!([&script["text"], &script["saved"]], [RED, RED]);
+    // The text of the scenario's file is the one with which the session was opened.
+    let more = SCENARIO.replace("count = 2", "count = 3");
+    ask(&mut live, json!({ "run": { "texts": { "s.toml": more } } }));
+    let script = answer(&mut live, json!({ "script": { "name": "s.toml" } }));
+    assert_eq!([&script["text"], &script["saved"]], [more.as_str(), SCENARIO]);
+}
+
+/// Notes the texts that it is given, and offers one.
+#[derive(Clone, Default)]
+struct Notes(Rc<RefCell<Vec<String>>>);
+
+impl UnsavedStore for Notes {
+    fn begin(&mut self) {
+        self.0.borrow_mut().push("begin".to_owned());
+    }
+
+    fn offers(&mut self, file: &Path, saved: &str) -> Vec<KeptText> {
+        let offer = || KeptText {
+            id: "1".to_owned(),
+            seconds: 5,
+            over: sha256(saved) + "0",
+            text: RED.to_owned(),
+        };
+        (file == Path::new("x/s.toml")).then(offer).into_iter().collect()
+    }
+
+    fn keep(&mut self, file: &Path, _: &str, text: Option<&str>) -> Result<(), String> {
+        self.0.borrow_mut().push(format!("{}: {}", file.display(), text.unwrap_or("nothing")));
+        if text == Some("") { Err("no room".to_owned()) } else { Ok(()) }
+    }
+
+    fn discard(&mut self, id: &str) {
+        self.0.borrow_mut().push(format!("discard {id}"));
+    }
+}
+
+#[test]
+fn unsaved_texts_are_kept_and_offered() {
+    let notes = Notes::default();
+    let mut live = start(false).0.with_unsaved(notes.clone());
+    let begin = taken(&mut live)[0].clone();
+    let offered = json!([{
+        "id": "1", "name": "s.toml", "file": "x/s.toml", "seconds": 5, "changed": true, "text": RED,
+    }]);
+    assert_eq!(begin["scripts"]["unsaved"], offered);
+    let unsaved = |name: &str, text: Option<&str>| json!({ "unsaved": { "name": name, "text": text, "over": "" } });
+    for (name, text) in [("sub/own.bzz", Some("a")), ("s.toml", Some("b")), ("walk.bzz", None)] {
+        assert!(ask(&mut live, unsaved(name, text)).is_empty());
+    }
+    let refused = answer(&mut live, unsaved("secret.bzz", Some("c")));
+    assert_eq!(refused["text"], "no robot has the script `secret.bzz`");
+    // Each text fails in the same way: one report is enough.
+    assert_eq!(answer(&mut live, unsaved("walk.bzz", Some("")))["text"], "no room");
+    assert!(ask(&mut live, unsaved("walk.bzz", Some(""))).is_empty());
+    assert!(ask(&mut live, json!({ "discard": { "id": "1" } })).is_empty());
+    let done = ["begin", "x/sub/own.bzz: a", "x/s.toml: b", "x/walk.bzz: nothing"];
+    let done = done.into_iter().chain(["x/walk.bzz: ", "x/walk.bzz: ", "discard 1"]);
+    assert_eq!(*notes.0.borrow(), done.collect::<Vec<_>>());
 }
 
 #[test]

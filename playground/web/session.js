@@ -6,6 +6,7 @@
 import { element, part } from "./element.js";
 import { exportPage, inlined } from "./export.js";
 import { texts } from "./texts.js";
+import { UnsavedTexts } from "./unsaved.js";
 
 const FIRST = "examples/swarm/gradient.toml";
 
@@ -13,6 +14,7 @@ const FIRST = "examples/swarm/gradient.toml";
 const SCRIPT_CHARACTERS_MAX = 1 << 20;
 
 /**
+ * @import { BeginEvent } from "./events"
  * @import { Connection, FromWorker, Receiver, Texts, ToWorker } from "./page"
  */
 
@@ -33,6 +35,49 @@ export function connect({ onEvent, onSample, onEnd }) {
     // Scripts of the address.
     /** @type {Texts} */
     let own = {};
+    // The files of the examples.
+    /** @type {Texts} */
+    let examples = {};
+    const unsaved = new UnsavedTexts();
+    // The path of a file whose name is relative to the folder of the scenario.
+    const fileOf = (/** @type {string} */ name) => select.value.replace(/[^/]*$/, "") + name;
+    const savedOf = (/** @type {string} */ file) => own[file] ?? examples[file] ?? "";
+    // A browser may forbid its storage, or have no room. The page says so once, and asks before it is left.
+    let isStorageBroken = false;
+    /** @type {<T>(act: () => T, otherwise: T) => T} */
+    const stored = (act, otherwise) => {
+        try {
+            return act();
+        } catch (error) {
+            if (!isStorageBroken) {
+                isStorageBroken = true;
+                onEvent({ event: "refused", text: texts.noStorage(String(error)), help: null });
+            }
+            return otherwise;
+        }
+    };
+    // A begin with the texts that were typed earlier.
+    const offering = (/** @type {{ event: "begin" } & BeginEvent} */ event) => {
+        const { scripts } = event;
+        if (!scripts) {
+            return event;
+        }
+        const names = [...scripts.names, scripts.scenario];
+        const offers = stored(() => names.flatMap((name) => unsaved.offers(fileOf(name), name, savedOf(fileOf(name)))), []);
+        return { ...event, scripts: { ...scripts, unsaved: offers } };
+    };
+    /** @type {(request: Parameters<Connection["ask"]>[0]) => void} */
+    const carryOut = (request) => {
+        if (typeof request === "object" && "unsaved" in request) {
+            const { name, text } = request.unsaved;
+            stored(() => unsaved.keep(fileOf(name), savedOf(fileOf(name)), text), undefined);
+        } else if (typeof request === "object" && "discard" in request) {
+            const { id } = request.discard;
+            stored(() => unsaved.discard(id), undefined);
+        } else {
+            send({ request });
+        }
+    };
     // What was asked for while the module was loaded.
     /** @type {Parameters<Connection["ask"]>[0][] | null} */
     let early = [];
@@ -48,12 +93,13 @@ export function connect({ onEvent, onSample, onEnd }) {
             return;
         }
         send({ open: select.value, files: own });
-        early?.forEach((request) => send({ request }));
+        early?.forEach(carryOut);
         early = null;
     };
     const begin = async () => {
         const [program, module, list] = await Promise.all(["worker.js", "playground.wasm", "examples.json"].map(file));
         const { scenarios, files, version } = JSON.parse(new TextDecoder().decode(list));
+        examples = files;
         select.append(...scenarios.map((/** @type {{ path: string, title: string }} */ { path, title }) => new Option(title, path)));
         worker = new Worker(URL.createObjectURL(new Blob([program], { type: "text/javascript" })));
         worker.onmessage = (/** @type {MessageEvent<FromWorker>} */ { data }) => {
@@ -64,7 +110,7 @@ export function connect({ onEvent, onSample, onEnd }) {
                 onSample(data.sample);
                 send({ isSampled: true });
             } else {
-                onEvent(data.event);
+                onEvent(data.event.event === "begin" ? offering(data.event) : data.event);
             }
         };
         // A broken invariant traps in the module, which has neither texts nor places of its source.
@@ -81,7 +127,7 @@ export function connect({ onEvent, onSample, onEnd }) {
             if (early) {
                 early.push(request);
             } else {
-                send({ request });
+                carryOut(request);
             }
         },
         // Returns the address of this page with scripts, given as an object of files and texts.

@@ -10,12 +10,16 @@ from playwright.sync_api import expect, sync_playwright
 expect.set_options(timeout=30_000)
 
 
-@pytest.fixture(scope="session")
-def browser():
+def launch(chromium):
     program = shutil.which(os.environ.get("CHROMIUM", "chromium"))
     # Without a graphics card the processor computes WebGL.
     flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    return chromium.launch(executable_path=program, args=flags)
+
+
+@pytest.fixture(scope="session")
+def browser():
     with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=program, args=flags)
+        started = launch(playwright.chromium)
         yield started
         started.close()

@@ -4,7 +4,7 @@ import re
 
 import pytest
 from playwright.sync_api import expect
-from test_page import SCRIPT, digest, go, page, place, robot, session, simulated, value, window
+from test_page import SCRIPT, digest, go, page, place, robot, save, session, simulated, value, window
 
 __all__ = ["page", "session", "window"]
 
@@ -115,33 +115,23 @@ def test_the_chosen_robot_alone_loads_a_draft_and_the_session_is_saved(page, tmp
     expect(value(robot(page, 6), "Globals", "n")).to_have_text("19")
     go(page, 600)
     at_end = digest(page, 600)
-    downloads = []
-
-    def is_last(download):
-        downloads.append(download)
-        return len(downloads) == 2
-
-    # The session and the draft; without them this fails with a message after 30 s.
-    with page.expect_download(is_last):
-        page.click("#save")
-    folder = tmp_path / "saved"
-    folder.mkdir()
-    for download in downloads:
-        download.save_as(folder / download.suggested_filename)
-    assert sorted(path.name for path in folder.iterdir()) == ["s.1.bzz", "session.toml"]
-    (folder / "s.bzz").write_text(SCRIPT)
-    assert simulated(folder / "session.toml")["digest"] == at_end
+    assert simulated(save(page, tmp_path))["digest"] == at_end
 
 
-@pytest.mark.parametrize("session", [["--edit"]], indirect=True)
 def test_a_script_is_written_to_its_file(page, session):
     write(page, RED)
     page.click("#write")
     expect(page.locator("#script-status")).to_have_text("s.bzz is saved.")
     assert (session.folder / "s.bzz").read_text() == RED
+    page.keyboard.press("Control+End")
+    write(page, RED + "# More.\n")
+    page.keyboard.press("Control+s")
+    expect(page.locator("#script-status")).to_have_text("s.bzz is saved.")
+    assert (session.folder / "s.bzz").read_text() == RED + "# More.\n"
 
 
-def test_without_the_option_no_file_is_written(page, session):
+@pytest.mark.parametrize("session", [["--read-only"]], indirect=True)
+def test_a_page_that_may_only_read_writes_no_file(page, session):
     write(page, RED)
     with page.expect_download() as download:
         page.click("#write")

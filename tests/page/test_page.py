@@ -87,20 +87,32 @@ def address(process):
     return process.stdout.readline().strip()
 
 
+def show(folder, *options):
+    """Starts a run with its page."""
+    command = bbz("sim", "s.toml", "--view", "--no-browser", *options)
+    # Texts that are not saved are kept in the folder.
+    environment = {**os.environ, "XDG_STATE_HOME": str(folder / "state")}
+    # A process that nohup started ignores the signal, and so would its children.
+    hang_up = functools.partial(signal.signal, signal.SIGHUP, signal.SIG_DFL)
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True, env=environment, preexec_fn=hang_up)
+    process.url = address(process)
+    process.folder = folder
+    return process
+
+
+def end(process):
+    process.kill()
+    process.wait(timeout=SECONDS_MAX)
+
+
 @pytest.fixture
 def session(tmp_path, request):
     """A run with its page; a test may give it more options."""
     (tmp_path / "s.bzz").write_text(SCRIPT)
     (tmp_path / "s.toml").write_text(SCENARIO)
-    command = bbz("sim", "s.toml", "--view", "--no-browser", *getattr(request, "param", []))
-    # A process that nohup started ignores the signal, and so would its children.
-    hang_up = functools.partial(signal.signal, signal.SIGHUP, signal.SIG_DFL)
-    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True, preexec_fn=hang_up)
-    process.url = address(process)
-    process.folder = tmp_path
+    process = show(tmp_path, *getattr(request, "param", []))
     yield process
-    process.kill()
-    process.wait(timeout=SECONDS_MAX)
+    end(process)
 
 
 @pytest.fixture(scope="session")
@@ -173,11 +185,18 @@ def digest(page, tick):
 
 
 def save(page, folder):
+    """Saves the session in a folder that has nothing else."""
     with page.expect_download() as download:
         page.click("#save")
-    path = folder / download.value.suggested_filename
+    path = folder / "elsewhere" / download.value.suggested_filename
     download.value.save_as(path)
+    assert [one.name for one in path.parent.iterdir()] == ["session.toml"]
     return path
+
+
+def saved_file(name, text):
+    """A script as a saved session has it."""
+    return f"\n[[file]]\npath = \"{name}\"\ntext = '''\n{text}'''\n"
 
 
 def simulated(path):
@@ -357,7 +376,7 @@ def test_a_saved_session_has_the_same_digest(page, tmp_path):
     saved = save(page, tmp_path)
     text = saved.read_text()
     assert text.startswith(SCENARIO + "\n[[event]]\nat = 2\nstop = 7\n\n[[event]]\nat = 2.1\nmove = 6\nto = [")
-    assert text.endswith('\n[[event]]\nat = 2.1\nloss = 0.4\nmedium = "ir"\n')
+    assert text.endswith('\n[[event]]\nat = 2.1\nloss = 0.4\nmedium = "ir"\n' + saved_file("s.bzz", SCRIPT))
     assert simulated(saved)["digest"] == shown
     assert shown != original
 
@@ -367,7 +386,7 @@ def test_values_of_the_command_line_are_saved(page, tmp_path):
     go(page, 600)
     shown = digest(page, 600)
     saved = save(page, tmp_path)
-    assert saved.read_text() == SCENARIO.replace("[[-300, -200]]\n", "[[-300, -200]]\nseed = 5\n") + "\n[medium.ir]\nloss = 0.5\n"
+    assert saved.read_text() == SCENARIO.replace("[[-300, -200]]\n", "[[-300, -200]]\nseed = 5\n") + "\n[medium.ir]\nloss = 0.5\n" + saved_file("s.bzz", SCRIPT)
     assert simulated(saved)["digest"] == shown
     assert shown != simulated(tmp_path / "s.toml")["digest"]
 
@@ -637,16 +656,41 @@ def test_a_picture_is_saved(page, tmp_path):
     assert path.stat().st_size > 5000
 
 
-def test_a_second_page_replaces_the_first(page, browser, session):
+def test_the_last_page_has_the_session(page, browser, session):
     page.click("#step")
     at(page, 1)
     other = browser.new_page()
     other.goto(session.url)
     at(other, 1)
-    expect(page.locator("#status")).to_contain_text("The session has ended")
+    expect(page.locator("#elsewhere")).to_contain_text("Another page shows this session now. What you do here has no effect.")
     other.click("#step")
     at(other, 2)
+    at(page, 1)
+    page.get_by_role("button", name="Continue here").click()
+    at(page, 2)
+    expect(page.locator("#take-over")).to_be_hidden()
+    expect(other.locator("#elsewhere")).to_contain_text("Another page shows this session now")
+    page.click("#step")
+    at(page, 3)
+    # The page that waits gets the session when the other one has gone.
+    third = browser.new_page()
+    third.goto(session.url)
+    at(third, 3)
     other.close()
+    expect(page.locator("#take-over")).to_be_visible()
+    third.close()
+    expect(page.locator("#take-over")).to_be_hidden()
+    page.click("#step")
+    at(page, 4)
+
+
+def test_a_session_that_does_not_answer_is_shown(page, session):
+    session.send_signal(signal.SIGSTOP)
+    expect(page.locator("#status")).to_contain_text("The session has not answered for")
+    session.send_signal(signal.SIGCONT)
+    expect(page.locator("#status")).to_have_text("")
+    page.click("#step")
+    at(page, 1)
 
 
 def page_with_events(browser, session):

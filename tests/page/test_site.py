@@ -178,6 +178,40 @@ def test_a_link_has_the_script(page, tmp_path):
     expect(page.locator("#status")).to_contain_text("the address has a script that cannot be read")
 
 
+def test_a_saved_session_replays_on_the_command_line(page, tmp_path):
+    write(page, SCRIPT)
+    page.click("#run")
+    expect(page.locator("#play")).to_have_text("Pause")
+    page.click("#play")
+    digest = digest_in(page)
+    with page.expect_download() as download:
+        page.click("#save")
+    download.value.save_as(tmp_path / "session.toml")
+    assert "Ünlike" in (tmp_path / "session.toml").read_text(encoding="utf-8")
+    assert digest_of(tmp_path / "session.toml") == digest
+
+
+def test_a_text_that_was_not_saved_is_offered_after_a_reload(page):
+    write(page, SCRIPT)
+    page.reload()
+    offers = page.locator("#unsaved li")
+    expect(offers).to_contain_text("gradient.bzz, typed")
+    expect(offers).not_to_contain_text("The file has changed since.")
+    page.get_by_role("button", name="Restore").click()
+    expect(page.locator("#text .cm-content")).to_contain_text("Ünlike the example")
+    expect(offers).to_have_count(0)
+    # Other examples have texts of their own.
+    choose(page, "examples/patrol.toml")
+    expect(offers).to_have_count(0)
+    choose(page, "examples/swarm/gradient.toml")
+    expect(page.locator("#text .cm-content")).to_contain_text("Ünlike the example")
+    page.reload()
+    page.get_by_role("button", name="Discard").click()
+    page.reload()
+    expect(page.locator("#script-name option").last).to_have_text("gradient.toml")
+    expect(offers).to_have_count(0)
+
+
 def test_a_trap_of_the_module_is_shown_and_texts_stay(browser, site):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
 

@@ -64,6 +64,16 @@ name: string,
  */
 value: number | null, };
 
+export type ChangedEvent = { name: string, 
+/**
+ * The text of the file; `null` if it cannot be read.
+ */
+saved: string | null, 
+/**
+ * SHA-256 of that text in hexadecimal; empty if the file cannot be read.
+ */
+sha256: string, };
+
 export type CommandDescription = { 
 /**
  * The tick before which the command acts.
@@ -412,7 +422,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
@@ -533,7 +543,28 @@ keep: boolean, } } | { "write": {
 /**
  * The path of the script relative to the folder of the scenario.
  */
-name: string, text: string, } } | { "explain": { 
+name: string, text: string, 
+/**
+ * SHA-256 of the text that the client takes for that of the file. If the file has another
+ * one, it is not written. `null` writes it in any case.
+ */
+over: string | null, } } | { "unsaved": { 
+/**
+ * The script, or the scenario.
+ */
+name: string, 
+/**
+ * `null` if no text of this client is unsaved.
+ */
+text: string | null, 
+/**
+ * SHA-256 of the text of the file.
+ */
+over: string, } } | { "discard": { 
+/**
+ * The `id` of the text.
+ */
+id: string, } } | { "explain": { 
 /**
  * The code of the message.
  */
@@ -588,14 +619,13 @@ success: boolean, };
 
 export type ScenarioEvent = { 
 /**
- * The scenario with all commands as its last events.
+ * The scenario with all commands as its last events. It has the texts that the run needs.
  */
 text: string, 
 /**
- * The scripts that it needs in addition to the existing files; `null` if scripts cannot be
- * edited.
+ * The names of files that are no texts, so that the scenario needs them next to it.
  */
-scripts: Array<ScriptText> | null, };
+missing: Array<string>, };
 
 export type ScriptEvent = { name: string, 
 /**
@@ -603,15 +633,17 @@ export type ScriptEvent = { name: string,
  */
 file: string, text: string, 
 /**
+ * The text of the file, which differs from `text` if robots run a draft.
+ */
+saved: string, 
+/**
+ * SHA-256 of `saved` in hexadecimal; empty if the file cannot be read.
+ */
+sha256: string, 
+/**
  * The names that the text may use.
  */
 words: Array<Word>, };
-
-export type ScriptText = { 
-/**
- * The path relative to the folder of the scenario.
- */
-name: string, text: string, };
 
 export type ScriptsDescription = { 
 /**
@@ -627,13 +659,17 @@ scenario: string,
  */
 file: string, 
 /**
- * True if the client may write scripts to their files.
+ * The names of the scripts that the client may write to their files.
  */
-may_write: boolean, 
+writable: Array<string>, 
 /**
- * The texts with which the run began. A script that cannot be read any more is missing.
+ * The texts with which the run began. A script that could not be read then is missing.
  */
-begun: { [key in string]: string }, };
+begun: { [key in string]: string }, 
+/**
+ * Texts that were typed earlier and not saved.
+ */
+unsaved: Array<UnsavedText>, };
 
 export type Slider = { 
 /**
@@ -726,6 +762,24 @@ percent: number, };
 
 export type TriggerDescription = { "topic": ValueDescription } | { "conflict": number } | { "lost_conflict": number };
 
+export type UnsavedText = { id: string, 
+/**
+ * The script, or the scenario.
+ */
+name: string, 
+/**
+ * The path of the file.
+ */
+file: string, 
+/**
+ * The time at which it was typed, in seconds since 1970.
+ */
+seconds: number, 
+/**
+ * True if the file has another text now than when it was changed.
+ */
+changed: boolean, text: string, };
+
 export type ValueDescription = null | number | number | string | OtherValue;
 
 export type VerdictName = "open" | "held" | "failed";
@@ -744,4 +798,8 @@ call: string, help: string,
  */
 is_called: boolean, };
 
-export type WrittenEvent = { name: string, };
+export type WrittenEvent = { name: string, 
+/**
+ * SHA-256 of the text in hexadecimal.
+ */
+sha256: string, };

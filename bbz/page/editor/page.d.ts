@@ -40,6 +40,10 @@ export interface Receiver {
     onEvent(event: ShownEvent): void;
     onSample(bytes: Uint8Array): void;
     onEnd(text: string): void;
+    // Another page has the session; `takeOver` asks for it.
+    onWait(takeOver: () => void): void;
+    // The session has not answered for some seconds; `null`: it answers again.
+    onLate(seconds: number | null): void;
 }
 
 export type Ask = (request: Request) => void;

@@ -13,6 +13,9 @@ import {
 // Milliseconds from the last key until the compiler checks the text.
 const PAUSE = 150;
 
+// Milliseconds from a change until the session has the text, so that a crash loses little.
+const KEEP = 500;
+
 const colors = HighlightStyle.define([
     { tag: tags.keyword, color: "var(--accent)", fontWeight: "600" }, { tag: tags.comment, color: "var(--soft)", fontStyle: "italic" },
     { tag: tags.string, color: "var(--held)" }, { tag: [tags.number, tags.atom], color: "var(--number)" },
@@ -36,15 +39,20 @@ const theme = EditorView.theme({
 });
 
 /**
- * @import { CompilerMessage, DiagnosticsEvent, ExplanationEvent, FaultEvent, FaultPlace, RanEvent, ScriptEvent, SuggestedEdit, Word, WrittenEvent } from "./events"
+ * @import {
+ *   ChangedEvent, CompilerMessage, DiagnosticsEvent, ExplanationEvent, FaultEvent, FaultPlace, RanEvent, ScriptEvent, SuggestedEdit, UnsavedText, Word,
+ *   WrittenEvent,
+ * } from "./events"
  * @import { Ask, Texts, World } from "./page"
  */
 
 /**
- * A script of a world. `opened` is the text that came from the session, `kept` the one that is in a file, and `sent` are those that
- * the session got from this page.
+ * A script of a world. `opened` is the text that came from the session, `kept` the one that is in the file, with its hash, `sent` are those
+ * that the session got from this page, `written` is the one that is being saved, and `unsaved` the one that the session keeps because no file
+ * has it.
  * @typedef {{
- *   name: string, file: string, world: string | undefined, opened: string, kept: string, sent: Set<string>, words: Word[], state: EditorState,
+ *   name: string, file: string, world: string | undefined, opened: string, kept: string, sha256: string, sent: Set<string>, written?: string,
+ *   unsaved: string | null, words: Word[], state: EditorState,
  * }} Script
  */
 
@@ -70,8 +78,16 @@ export class Editor {
         // The texts with which the run began, by their names.
         /** @type {Texts} */
         this.begun = {};
-        this.mayWrite = false;
+        /** @type {string[]} */
+        this.writable = [];
         this.writes = false;
+        // Texts that were typed earlier, and the one of them that is to be shown.
+        /** @type {UnsavedText[]} */
+        this.unsaved = [];
+        /** @type {UnsavedText | null} */
+        this.restored = null;
+        /** @type {number | undefined} */
+        this.keepTimer = undefined;
         /** @type {Texts} */
         this.offered = {};
         this.timer = 0;
@@ -92,12 +108,15 @@ export class Editor {
         part("write").addEventListener("click", () => this.write());
         inside(part("explanation"), "form").addEventListener("submit", () => this.view.focus());
         addEventListener("beforeunload", (event) => {
-            if ([...this.scripts.values()].some(({ kept, state }) => kept !== state.doc.toString())) {
+            this.keep();
+            if ([...this.scripts.values()].some((script) => unsavedIn(script) !== null)) {
+                this.keepUnsaved();
                 event.preventDefault();
             }
         });
     }
 
+    // Returns true if there are texts that were typed earlier and not saved.
     /** @param {World} world */
     begin(world) {
         const { scripts } = world;
@@ -109,7 +128,7 @@ export class Editor {
         this.begun = scripts?.begun ?? {};
         const names = scripts ? [...scripts.names, scripts.scenario] : [];
         part("tab-script").hidden = names.length === 0;
-        this.mayWrite = scripts?.may_write ?? false;
+        this.writable = scripts?.writable ?? [];
         part("script-name").replaceChildren(...names.map((name) => new Option(name)));
         this.showFault(null);
         const name = before !== null && names.includes(before) ? before : names[0];
@@ -121,6 +140,13 @@ export class Editor {
             // The names that it may use may be others now. What is typed meanwhile stays.
             this.ask({ script: { name } });
         }
+        this.unsaved = scripts?.unsaved ?? [];
+        this.showUnsaved();
+        for (const script of this.scripts.values()) {
+            script.unsaved = null;
+        }
+        this.keepUnsaved();
+        return this.unsaved.length > 0;
     }
 
     /** @param {string} name */
@@ -137,29 +163,127 @@ export class Editor {
         }
     }
 
+    // Asks the session to keep the texts of this world that are in no file.
+    keepUnsaved() {
+        clearTimeout(this.keepTimer);
+        this.keepTimer = undefined;
+        this.keep();
+        for (const script of this.scripts.values()) {
+            const unsaved = unsavedIn(script);
+            if (script.world === this.world && unsaved !== script.unsaved) {
+                script.unsaved = unsaved;
+                this.ask({ unsaved: { name: script.name, text: unsaved, over: script.sha256 } });
+            }
+        }
+    }
+
+    showUnsaved() {
+        // The session may offer what this page has: it knows no difference between this one and another one.
+        this.unsaved = this.unsaved.filter(({ file, text }) => this.scripts.get(file)?.state.doc.toString() !== text);
+        const lines = this.unsaved.map((one) => element("li", {},
+            element("span", {}, texts.unsaved(one.name, new Date(1000 * one.seconds)), ...(one.changed ? [element("b", {}, ` ${texts.unsavedOfOther}`)] : [])),
+            element("button", { type: "button", title: texts.restoreTextHelp, onclick: () => this.restore(one) }, texts.restoreText),
+            element("button", { type: "button", title: texts.discardHelp, onclick: () => this.discard(one) }, texts.discard)));
+        part("unsaved").replaceChildren(...lines);
+        part("unsaved").hidden = lines.length === 0;
+        part("tab-script").textContent = lines.length === 0 ? texts.tabScript : texts.unsavedMark;
+    }
+
+    /** @param {UnsavedText} one */
+    restore(one) {
+        this.restored = one;
+        if (this.shown?.name === one.name) {
+            this.takeRestored();
+        } else {
+            part("script-name").value = one.name;
+            this.open(one.name);
+        }
+    }
+
+    takeRestored() {
+        const one = this.restored;
+        if (one && this.shown?.name === one.name) {
+            this.restored = null;
+            this.replace(one.text);
+            // The session forgets it when this page has it.
+            this.forget(one);
+            this.keepUnsaved();
+        }
+    }
+
+    /** @param {UnsavedText} one */
+    discard(one) {
+        this.ask({ discard: { id: one.id } });
+        this.forget(one);
+    }
+
+    /** @param {UnsavedText} one */
+    forget(one) {
+        this.unsaved = this.unsaved.filter((other) => other !== one);
+        this.showUnsaved();
+    }
+
+    // Shows another text. `undo` brings the one before back: an event of this name does not join what was typed just before.
+    /** @param {string} text */
+    replace(text) {
+        this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: text }, userEvent: "input.replace" });
+    }
+
+    // A message below the text, with actions.
+    /**
+     * @param {string} text
+     * @param {[string, string, () => void][]} actions texts, help and functions
+     */
+    notice(text, actions) {
+        const buttons = actions.map(([name, title, act]) => element("button", {
+            type: "button",
+            title,
+            onclick: () => {
+                this.notice("", []);
+                act();
+            },
+        }, name));
+        part("changed").replaceChildren(element("span", {}, text), ...buttons);
+        part("changed").hidden = text === "";
+    }
+
     /** @param {ScriptEvent} event */
-    show({ name, file, text, words }) {
+    show({ name, file, text, saved, sha256, words }) {
         if (part("script-name").value !== name) {
             return;
         }
-        const known = this.scripts.get(file) ?? { name, file, world: this.world, opened: text, kept: text, sent: new Set(), words, state: this.state(text, name === this.scenario) };
+        const state = () => this.state(text, name === this.scenario);
+        const known = this.scripts.get(file)
+            ?? { name, file, world: this.world, opened: text, kept: saved, sha256, sent: new Set(), unsaved: null, words, state: state() };
         this.scripts.set(file, known);
         known.words = words;
         if (this.shown !== known) {
             this.shown = known;
             this.view.setState(known.state);
         }
-        // The robots have an earlier text of this editor's, or one from elsewhere.
-        if (known.opened !== text && !known.sent.has(text)) {
-            // Another text came, for example by a link: `undo` brings the one before back.
-            this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: text } });
-            Object.assign(known, { opened: text, kept: text });
+        this.notice("", []);
+        // The robots have an earlier text of this editor's, or one from elsewhere: by a link, another page, or on disk.
+        const isOther = known.opened !== text && !known.sent.has(text);
+        const load = () => {
+            if (isOther) {
+                this.replace(text);
+                known.opened = text;
+            }
+            Object.assign(known, { kept: saved, sha256 });
+        };
+        if ([known.kept, saved].includes(this.text)) {
+            load();
+        } else if (isOther) {
+            this.notice(texts.otherText(name), [[texts.loadOther, texts.loadOtherHelp, load]]);
         }
         const isScenario = name === this.scenario;
         part("load").hidden = isScenario;
         part("load-options").hidden = isScenario;
         this.showWrite(name);
         this.take();
+        this.takeRestored();
+        this.keepUnsaved();
+        this.showUnsaved();
         this.check();
         this.onText();
         this.goToMark();
@@ -208,7 +332,7 @@ export class Editor {
     /** @param {string} name */
     showWrite(name) {
         // No server writes scenarios.
-        this.writes = this.mayWrite && name !== this.scenario;
+        this.writes = this.writable.includes(name);
         part("write").textContent = this.writes ? texts.write : texts.download;
         part("write").title = this.writes ? texts.writeHelp : texts.downloadHelp;
     }
@@ -225,7 +349,7 @@ export class Editor {
         const text = this.offered[file];
         if (text !== undefined) {
             delete this.offered[file];
-            this.view.dispatch({ changes: { from: 0, to: this.view.state.doc.length, insert: text } });
+            this.replace(text);
             part("script-status").textContent = texts.offered;
         }
     }
@@ -243,14 +367,20 @@ export class Editor {
             this.load();
             return true;
         };
+        const write = () => {
+            this.write();
+            return true;
+        };
         return EditorState.create({
             doc,
             extensions: [
                 lineNumbers(), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
                 highlightSelectionMatches(), lintGutter(), theme, syntaxHighlighting(colors), indentUnit.of("    "),
-                ...(isScenario ? [] : [buzz, autocompletion({ override: [completing(() => this.shown?.words ?? [])] })]),
+                // A scenario has no names, but the extension: it looks for its state some time after a key, when another text may be shown.
+                ...(isScenario ? [] : [buzz]), autocompletion({ override: isScenario ? [] : [completing(() => this.shown?.words ?? [])] }),
                 keymap.of([
-                    { key: "Mod-Enter", run, shift: load }, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap, ...historyKeymap, ...foldKeymap,
+                    { key: "Mod-Enter", run, shift: load }, { key: "Mod-s", run: write }, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap,
+                    ...historyKeymap, ...foldKeymap,
                     ...completionKeymap, ...lintKeymap,
                 ]),
                 EditorView.contentAttributes.of({ "aria-label": texts.scriptText }),
@@ -280,6 +410,7 @@ export class Editor {
         this.onText();
         clearTimeout(this.timer);
         this.timer = setTimeout(() => this.check(), PAUSE);
+        this.keepTimer ??= setTimeout(() => this.keepUnsaved(), KEEP);
     }
 
     get text() {
@@ -313,6 +444,7 @@ export class Editor {
     // The run starts from the beginning with all texts.
     run() {
         clearTimeout(this.timer);
+        this.keepUnsaved();
         this.known().forEach(({ sent, state }) => sent.add(state.doc.toString()));
         this.ask({ run: { texts: this.texts(), keep_changes: part("keep-changes").checked } });
     }
@@ -321,6 +453,7 @@ export class Editor {
     load() {
         if (this.shown && this.shown.name !== this.scenario) {
             clearTimeout(this.timer);
+            this.keepUnsaved();
             this.shown.sent.add(this.text);
             const chosen = part("run-on").value === "one" ? this.chosen() : null;
             const robots = chosen === null ? {} : { robots: [chosen] };
@@ -344,21 +477,51 @@ export class Editor {
         if (!this.shown) {
             return;
         }
-        const { name } = this.shown;
+        const { name, sha256 } = this.shown;
+        this.shown.written = this.text;
         if (this.writes) {
-            this.ask({ write: { name, text: this.text } });
+            this.ask({ write: { name, text: this.text, over: sha256 } });
         } else {
             save(new Blob([this.text], { type: "text/plain" }), name.replace(/^.*[\\/]/, ""));
-            this.written({ name });
+            this.written({ name, sha256 });
         }
     }
 
     /** @param {WrittenEvent} event */
-    written({ name }) {
-        if (this.shown?.name === name) {
-            this.shown.kept = this.text;
+    written({ name, sha256 }) {
+        const script = this.named(name);
+        if (script) {
+            Object.assign(script, { kept: script.written ?? script.kept, sha256 });
+            this.keepUnsaved();
+        }
+        if (this.shown === script) {
             part("script-status").textContent = this.writes ? texts.written(name) : "";
         }
+    }
+
+    // The text was not written: another program has written the file.
+    /** @param {ChangedEvent} event */
+    showChanged({ name, saved, sha256 }) {
+        const script = this.named(name);
+        if (!script || this.shown !== script) {
+            return;
+        }
+        const overwrite = () => this.ask({ write: { name, text: script.written ?? this.text, over: null } });
+        const load = () => {
+            Object.assign(script, { opened: saved, kept: saved, sha256 });
+            this.replace(saved ?? "");
+            this.keepUnsaved();
+        };
+        this.notice(saved === null ? texts.goneOnDisk(name) : texts.changedOnDisk(name), [
+            [texts.overwrite, texts.overwriteHelp, overwrite],
+            .../** @type {[string, string, () => void][]} */ (saved === null ? [] : [[texts.loadOther, texts.loadOtherHelp, load]]),
+        ]);
+    }
+
+    // Returns the script of this world with a name.
+    /** @param {string} name */
+    named(name) {
+        return [...this.scripts.values()].find((script) => script.name === name && script.world === this.world);
     }
 
     // The chosen robot can be the only one that runs a text.
@@ -434,6 +597,13 @@ export class Editor {
         inside(part("explanation"), "div").replaceChildren(...lines.join("\n").split(/^```\w*$/m).flatMap(explained));
         part("explanation").showModal();
     }
+}
+
+// Returns the text of a script if it is in no file.
+/** @param {Script} script */
+function unsavedIn({ kept, state }) {
+    const text = state.doc.toString();
+    return text === kept ? null : text;
 }
 
 // A part of an explanation: each second one is an example, the others have paragraphs with names between back quotes.

@@ -32,6 +32,9 @@ let state = { plays: false, tick: 0, rate: null, over: false };
 /** @type {number | boolean} */
 let wanted = false;
 let defect = "";
+// The session does not answer; what it says.
+let late = "";
+let said = "";
 
 /** @type {Ask} */
 const ask = (request) => session.ask(request);
@@ -70,6 +73,10 @@ new Pointer(view, {
 
 const session = connect({
     onEvent(event) {
+        if (event.event === "begin") {
+            // The session may come back from another page.
+            wait(null);
+        }
         const handler = /** @type {((known: typeof event) => void) | undefined} */ (handlers[event.event]);
         if (handler) {
             handler(event);
@@ -89,8 +96,15 @@ const session = connect({
         panel.show();
     },
     onEnd(text) {
+        late = "";
+        wait(null);
         showStatus(text);
         document.body.classList.add("ended");
+    },
+    onWait: wait,
+    onLate(seconds) {
+        late = seconds === null ? "" : texts.late(seconds);
+        showStatus(said);
     },
 });
 
@@ -117,7 +131,10 @@ const handlers = {
         display.begin(begun);
         controls.begin(begun.controls ?? []);
         part("stop-on-error").checked = begun.stops_on_error ?? false;
-        editor.begin(begun);
+        if (editor.begin(begun)) {
+            // Texts that were typed earlier are offered there.
+            tabs.show("script");
+        }
         showLights();
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
         document.body.classList.toggle("recorded", Boolean(begun.recording));
@@ -232,6 +249,9 @@ const handlers = {
     written(event) {
         editor.written(event);
     },
+    changed(event) {
+        editor.showChanged(event);
+    },
     began() {
         editor.began();
     },
@@ -247,9 +267,11 @@ const handlers = {
     explanation(event) {
         editor.explain(event);
     },
-    scenario({ text, scripts }) {
+    scenario({ text, missing }) {
         save(new Blob([text], { type: "application/toml" }), texts.savedAs);
-        scripts?.forEach((one) => save(new Blob([one.text], { type: "text/plain" }), one.name.replace(/^.*[\\/]/, "")));
+        if (missing.length > 0) {
+            showStatus(texts.missing(missing.join(", ")));
+        }
     },
     // The page asks for scenarios, which have the commands.
     commands() { },
@@ -264,7 +286,21 @@ const handlers = {
 
 /** @param {string} text */
 function showStatus(text) {
-    part("status").textContent = defect || text;
+    said = text;
+    const shown = defect || late || said;
+    // Screen readers would read the same text again.
+    if (part("status").textContent !== shown) {
+        part("status").textContent = shown;
+    }
+}
+
+// Shows that another page has the session, and how to take it over; `null`: this page has it.
+/** @param {(() => void) | null} takeOver */
+function wait(takeOver) {
+    document.body.classList.toggle("waiting", takeOver !== null);
+    inside(part("elsewhere"), "span").textContent = takeOver ? texts.elsewhere : "";
+    part("elsewhere").hidden = takeOver === null;
+    part("take-over").onclick = takeOver;
 }
 
 // Lights are of the texts that are shown, or say that they are not.

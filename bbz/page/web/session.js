@@ -6,17 +6,31 @@ import { texts } from "./texts.js";
  * @import { Connection, Receiver } from "./page"
  */
 
+// Messages of the server that are no events, and answers to them (bbz/page/src/server.rs).
+const [WAIT, TAKE_OVER, PING] = ["wait", "take over", "ping"];
+
+// Milliseconds between two questions whether the session handles requests, and until an answer is late.
+const [PAUSE, LATE] = [1000, 3000];
+
 /**
  * @param {Receiver} receiver
  * @returns {Connection}
  */
-export function connect({ onEvent, onSample, onEnd }) {
+export function connect({ onEvent, onSample, onEnd, onWait, onLate }) {
     const url = new URL("socket", location.href);
     url.protocol = "ws:";
     const socket = new WebSocket(url);
     socket.binaryType = "arraybuffer";
+    // When the question was sent that has no answer yet.
+    /** @type {number | null} */
+    let asked = null;
     socket.onmessage = ({ data }) => {
-        if (typeof data === "string") {
+        if (data === PING) {
+            asked = null;
+            onLate(null);
+        } else if (data === WAIT) {
+            onWait(() => socket.readyState === WebSocket.OPEN && socket.send(TAKE_OVER));
+        } else if (typeof data === "string") {
             onEvent(JSON.parse(data));
         } else {
             onSample(new Uint8Array(data));
@@ -27,8 +41,22 @@ export function connect({ onEvent, onSample, onEnd }) {
     // What was asked for while the connection was made.
     /** @type {Parameters<typeof send>[0][]} */
     const early = [];
+    const timer = setInterval(() => {
+        if (socket.readyState !== WebSocket.OPEN) {
+            return;
+        }
+        if (asked === null) {
+            asked = performance.now();
+            socket.send(PING);
+        } else if (performance.now() - asked > LATE) {
+            onLate((performance.now() - asked) / 1000);
+        }
+    }, PAUSE);
     socket.onopen = () => early.forEach(send);
-    socket.onclose = () => onEnd(texts.away);
+    socket.onclose = () => {
+        clearInterval(timer);
+        onEnd(texts.away);
+    };
     return {
         ask(request) {
             if (socket.readyState === WebSocket.CONNECTING) {

@@ -14,7 +14,7 @@ Examples:
   bbz sim swarm.toml                     run it: log lines, then a summary
   bbz sim swarm.toml --view              show it in a page, and steer it there
   bbz sim hello.bzz --robot kilobot --count 20 --view    a script without a scenario: 20 robots on a square
-  bbz sim swarm.toml --view --edit       the page may also write its scripts
+  bbz sim swarm.toml --view --read-only  the page writes no script
   bbz sim swarm.toml --seed 7            the same world with other chance
   bbz sim swarm.toml --svg pictures      draw trajectories, and what [output] names over time
   bbz sim swarm.toml --record run.bbr    keep poses and LEDs of every robot
@@ -49,10 +49,10 @@ pub struct SimArguments {
     #[cfg(feature = "view")]
     #[arg(long, conflicts_with_all = ["headless", "json", "checks", "record", "svg", "runs", "csv"])]
     pub(super) view: bool,
-    /// Let the page write scripts of the scenario back to their files
+    /// Let the page write no script; without this option `Save` writes those of the scenario
     #[cfg(feature = "view")]
     #[arg(long, requires = "view")]
-    pub(super) edit: bool,
+    pub(super) read_only: bool,
     /// Print the address of the page and open no browser
     #[cfg(feature = "view")]
     #[arg(long, requires = "view")]

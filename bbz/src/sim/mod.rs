@@ -13,6 +13,8 @@ mod source;
 pub mod summary;
 mod table;
 #[cfg(feature = "view")]
+mod unsaved;
+#[cfg(feature = "view")]
 mod values;
 mod variants;
 #[cfg(feature = "view")]

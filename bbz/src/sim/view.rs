@@ -11,6 +11,7 @@ use crate::view;
 
 use super::arguments::{SEED, SimArguments};
 use super::desk::Desk;
+use super::unsaved::UnsavedFiles;
 use super::{open, values};
 
 /// A value of `--set` that cannot be written into the text of the scenario.
@@ -35,7 +36,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
     let seed = arguments.seed.map(|seed| format!("{SEED}={seed}"));
     let values = set.iter().chain(&seed).map(String::as_str);
     let text = values::put_all(&opened.text, values).map_err(NoPlace)?;
-    let desk = Desk::new(&opened.path, &arguments.include, arguments.edit);
+    let desk = Desk::for_page(&opened, &arguments.include, arguments.read_only);
     let setup = Arc::new(setup.with_compiler(desk.compiler()));
     let seed = arguments.seed.unwrap_or(opened.scenario.world.seed);
     let simulation = match Simulation::new(setup, seed, 0) {
@@ -45,6 +46,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
             return Ok(ExitStatus::CompileError);
         }
     };
-    let mut live = Live::new(Session::new(simulation, COPIES), text).with_workshop(desk);
+    let live = Live::new(Session::new(simulation, COPIES), text).with_workshop(desk);
+    let mut live = live.with_unsaved(UnsavedFiles::new());
     view::show(&mut live, arguments.no_browser)
 }
