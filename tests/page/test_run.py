@@ -20,8 +20,15 @@ BY_TWO = SCRIPT.replace("n + 1", "n + 2")
 OVER = "the run is over (go back, or start the run again)"
 
 
+def pass_errors(page):
+    """Asks for runs that go on after the error of the script. Those of an assignment stop there."""
+    page.check("#stop-on-error")
+    page.uncheck("#stop-on-error")
+
+
 def begin(page, session, text=TASK):
     """Runs the scenario of an assignment to its end, with the first script."""
+    pass_errors(page)
     page.click("#tab-script")
     page.locator("#script-name").select_option("s.toml")
     write(page, text, "[world]")
@@ -73,6 +80,7 @@ def test_run_at_the_end_starts_from_the_beginning_with_the_text(page, session):
 
 
 def test_run_in_the_middle_starts_from_the_beginning_with_all_texts(page, session, tmp_path):
+    pass_errors(page)
     page.click("#tab-script")
     page.locator("#script-name").select_option("s.toml")
     write(page, TASK.replace("duration = 60", "duration = 50").replace("always = [0, 60]", "always = [0, 50]"), "[world]")
