@@ -1,5 +1,6 @@
 """Run-time errors of scripts in the page: from *Play* to the line and the values, without the terminal."""
 
+import os
 import re
 import subprocess
 
@@ -80,7 +81,9 @@ def page(window, tmp_path, request):
     scenario = tmp_path / "walk.toml"
     scenario.write_text(getattr(request, "param", SCENARIO + ASSIGNMENT))
     # The scenario has an absolute path, which the page must not show.
-    process = subprocess.Popen(bbz("sim", str(scenario), "--view", "--no-browser"), stdout=subprocess.PIPE, text=True)
+    # No text of another test is offered, and none of the user's.
+    environment = {**os.environ, "XDG_STATE_HOME": str(tmp_path / "state")}
+    process = subprocess.Popen(bbz("sim", str(scenario), "--view", "--no-browser"), stdout=subprocess.PIPE, text=True, env=environment)
     window.problems.clear()
     window.goto(address(process))
     expect(window.locator("#clock")).to_have_text("0.0 s of 60.0 s")

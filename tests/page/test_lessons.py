@@ -5,6 +5,7 @@ names a part of the page in any other words fails the test, so that the texts an
 """
 
 import json
+import os
 import pathlib
 import re
 import subprocess
@@ -238,12 +239,14 @@ def leds(page):
 
 
 @pytest.fixture
-def opened(browser):
+def opened(browser, tmp_path):
     """Opens scenarios in pages of `bbz sim --view`."""
+    # No text of another test is offered, and none of the user's.
+    environment = {**os.environ, "XDG_STATE_HOME": str(tmp_path / "state")}
     processes, pages, problems = [], [], []
 
     def open_page(scenario, folder="."):
-        process = subprocess.Popen(bbz("sim", scenario, "--view", "--no-browser"), cwd=folder, stdout=subprocess.PIPE, text=True)
+        process = subprocess.Popen(bbz("sim", scenario, "--view", "--no-browser"), cwd=folder, stdout=subprocess.PIPE, text=True, env=environment)
         processes.append(process)
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.on("dialog", lambda dialog: dialog.accept())

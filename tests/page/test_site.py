@@ -155,7 +155,7 @@ def test_a_script_runs_from_the_beginning_also_at_the_end(page, tmp_path):
 def test_an_error_in_an_assignment_leads_to_its_line_and_values(page):
     choose(page, "examples/lessons/hops.toml")
     expect(page.get_by_label("Stop on error")).to_be_checked()
-    write(page, "n = 0\nfunction step() {\n  n = n + 1\n  if(id == 3 and n == 10) led(n / 0)\n}\n")
+    write(page, "hops = 0\nn = 0\nfunction step() {\n  n = n + 1\n  if(id == 3 and n == 10) led(n / 0)\n}\n")
     page.click("#run")
     expect(page.locator("#fault")).to_contain_text("Robot 3 at 1.0 s: integer division by zero")
     expect(page.locator("#fault .value")).to_have_text("n is 10")
