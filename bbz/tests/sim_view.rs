@@ -65,7 +65,7 @@ impl Session {
 
     /// Returns the reason why a text of the scenario does not run.
     fn mistake(&mut self, scenario: &str) -> String {
-        let request = json!({ "run": { "name": "s.toml", "text": scenario } });
+        let request = json!({ "run": { "texts": { "s.toml": scenario } } });
         let event = self.ask(request, &["diagnostics", "began"]);
         if event["event"] == "began" {
             return "it runs".to_owned();
@@ -462,7 +462,7 @@ fn a_saved_session_replays_from_another_folder() {
     let mut session = Session::start_with(&folder, &format!("{world}/s.toml"), &["-I", &lib]);
     session.ask(json!({ "go_to": { "tick": 50 } }), &["state"]);
     let draft = "function step() { set_motor(90, 10) }\n";
-    session.ask(json!({ "run": { "name": "walk.bzz", "text": draft, "robots": [3] } }), &["ran"]);
+    session.ask(json!({ "load": { "name": "walk.bzz", "text": draft, "robots": [3] } }), &["ran"]);
     // Files that change later do not change the session.
     folder.write("world/parts/speed.bzz", "speed = 10\n");
     assert_eq!(session.write("walk.bzz", "# Saved.\n", None)["event"], "written");
@@ -482,7 +482,7 @@ fn a_saved_session_replays_from_another_folder() {
     let script = session.ask(json!({ "script": { "name": "walk.1.bzz" } }), &["script"]);
     assert_eq!(script["text"], draft);
     let ran = session.ask(
-        json!({ "run": { "name": "walk.bzz", "text": "function step() { led(1) }\n" } }),
+        json!({ "load": { "name": "walk.bzz", "text": "function step() { led(1) }\n" } }),
         &["ran"],
     );
     assert_eq!(ran["draft"], "walk.2.bzz");
