@@ -49,7 +49,7 @@ def solution(lesson):
 
 
 class Learner:
-    """Somebody who reads a lesson beside the page."""
+    """A reader of a lesson beside the page."""
 
     def __init__(self, page, lesson):
         self.page, self.lesson = page, lesson

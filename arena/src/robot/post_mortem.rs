@@ -1,7 +1,7 @@
 //! The content of a robot's machine at its last fault.
 //!
-//! A machine forgets globals and calls before its script starts again. A robot keeps a copy only if
-//! somebody wants to look at it: a run that nobody watches pays neither time nor memory.
+//! A machine forgets globals and calls before its script starts again. A robot keeps a copy only
+//! after `Simulation::keep_post_mortems`: a run that is not watched pays neither time nor memory.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ const LIMITS: Limits = Limits { depth: 3, values: 200 };
 #[derive(Debug, Clone, PartialEq)]
 pub struct PostMortem {
     pub fault: FaultRecord,
-    /// The content; `None` for a robot that runs its firmware, if nobody wants it, and for further
+    /// The content; `None` for a robot that runs its firmware, if no copies are kept, and for further
     /// faults of listeners and handlers in a tick.
     pub content: Option<Arc<Inspection>>,
 }

@@ -62,7 +62,7 @@ pub struct RobotContext {
     pub refusal: Option<String>,
     /// The events of this tick; `None` if the robot is not watched.
     pub seen: Option<Box<Seen>>,
-    /// The last fault with the content of the machine; `None` if nobody wants it.
+    /// The last fault with the content of the machine; `None` if no copies are kept.
     pub last_fault: Option<Box<LastFault>>,
     /// The checks of the script, if there are any.
     pub checker: Option<Box<MachineChecker>>,
@@ -212,14 +212,14 @@ impl RobotContext {
         }
     }
 
-    /// Returns true if a fault of this tick is kept for somebody. A listener may fail for each of
-    /// many messages, of which the first tells enough.
+    /// Returns true if a copy of a fault of this tick is kept. A listener may fail for each of many
+    /// messages, and the copies would be alike.
     pub fn keeps_fault_of(&self, tick: u64) -> bool {
         let last = self.last_fault.as_ref().and_then(|last| last.0.as_ref());
         last.is_some_and(|last| last.fault.tick == tick)
     }
 
-    /// Returns the content of the machine after a fault, if somebody wants it.
+    /// Returns the content of the machine after a fault, if copies are kept.
     pub fn content_after<P: Profile, C: ByteCode, const SLOTS: usize>(
         &self,
         vm: &Vm<P, C, SLOTS>,
@@ -239,7 +239,7 @@ impl RobotContext {
         if is_known { None } else { ScriptMemory::after(fault, vm, self.context.slots) }
     }
 
-    /// Handles a fault that stopped the script, with the content of the machine if somebody wants it.
+    /// Handles a fault that stopped the script, with the content of the machine if copies are kept.
     /// Returns true if the script restarts after a pause.
     pub fn fail(&mut self, record: FaultRecord, content: Option<Arc<Inspection>>) -> bool {
         let is_final =
@@ -253,7 +253,7 @@ impl RobotContext {
     }
 
     /// Counts a fault, whose consequence begins now, and reports it to observers. `content` is that
-    /// of the machine, if somebody wants it.
+    /// of the machine, if copies are kept.
     pub fn add_fault(&mut self, record: FaultRecord, content: Option<Arc<Inspection>>) {
         if self.seen.is_some() || self.last_fault.is_some() {
             let is_further =

@@ -321,7 +321,7 @@ export class Editor {
         return marked && marked.place.script === shown?.name ? markOf(this.view.state.doc, marked.fault, marked.place) : null;
     }
 
-    // The cursor stays where it is: somebody may be typing.
+    // The cursor stays where it is: the user may be typing.
     goToMark() {
         const { mark } = this;
         if (mark) {
@@ -436,7 +436,7 @@ export class Editor {
         return Object.fromEntries(this.known().map(({ name, state }) => [name, state.doc.toString()]));
     }
 
-    // Tells whether a text is not the one with which the run began.
+    // True if a text is not the one with which the run began.
     isChanged() {
         return Object.entries(this.texts()).some(([name, text]) => this.begun[name] !== undefined && this.begun[name] !== text);
     }

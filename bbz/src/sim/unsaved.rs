@@ -1,7 +1,7 @@
 //! Texts that were typed in the page and not saved, in private files of the user.
 //!
 //! Each file has one text of one client. A client writes only its own file, so that a text stays
-//! until somebody restores or discards it.
+//! until a user restores or discards it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::env;
@@ -142,7 +142,7 @@ fn read(path: &Path) -> Option<KeptText> {
 
 /// Returns the beginning of the names of files with texts of a file.
 fn prefix(file: &Path) -> String {
-    // 64 bits are enough: nobody else writes into the folder.
+    // 64 bits are enough: only this user writes into the folder.
     let hash = sha256(&canonical(file).to_string_lossy());
     format!("{}-", &hash[..16])
 }

@@ -132,7 +132,7 @@ impl Reader<'_> {
             ScriptValue::Nil => "nil".to_owned(),
             ScriptValue::Unset => "not passed".to_owned(),
             ScriptValue::Int(number) => number.to_string(),
-            // With a point, which tells 3.0 from 3.
+            // With a point, so that 3.0 differs from 3.
             ScriptValue::Float(number) => format!("{number:?}"),
             ScriptValue::String(text) => quoted(text),
             ScriptValue::UnknownString(number) => format!("string {number}"),
