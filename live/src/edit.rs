@@ -28,6 +28,8 @@ pub enum EditError {
     Refused(String),
     /// The compiler found errors in the texts of these names.
     Errors(Vec<String>, Vec<DiagnosticsEvent>),
+    /// The scenario asks for something that its scripts do not have.
+    Misfit(DiagnosticsEvent),
     /// The session rejected the command.
     Command(Vec<ScenarioError>),
 }
@@ -225,7 +227,8 @@ pub fn begin(
     if !wrong.is_empty() {
         return Err(EditError::Errors(wrong, found));
     }
-    let made = set_up(drafts.workshop(), text, &[], &own).map_err(of_scenario)?;
+    let made = set_up(drafts.workshop(), text, &[], &own);
+    let made = made.map_err(|errors| EditError::Misfit(diagnostics(&name, "", errors)))?;
     let seed = made.scenario.world.seed;
     let made = made.with_compiler(drafts.workshop().compiler());
     let run = Simulation::new(Arc::new(made), seed, 0);

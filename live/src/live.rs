@@ -277,6 +277,13 @@ impl Live {
                 let text = format!("{names} {have} errors: the robots go on with what they have");
                 self.refuse(&text, None);
             }
+            EditError::Misfit(found) => {
+                // The editor may show a script, so the reason stands here, too.
+                let reason = found.diagnostics.first().map_or("", |error| &error.message);
+                let text = format!("`{}` does not fit the scripts: {reason}", found.name);
+                self.events.push(PageEvent::Diagnostics(found));
+                self.refuse(&text, None);
+            }
             EditError::Command(errors) => {
                 errors.iter().for_each(|error| self.refuse_command(error));
             }

@@ -430,6 +430,15 @@ fn a_run_with_errors_changes_nothing() {
     let wrong = events.iter().filter(|event| event["event"] == "diagnostics");
     let wrong = wrong.map(|event| event["diagnostics"].as_array().unwrap().is_empty());
     assert_eq!(wrong.collect::<Vec<_>>(), [true, false, false]);
+    // An expectation about a global that no script has. The editor may show a script.
+    let demanding = format!(
+        "{SCENARIO}\n[[expect]]\nat = 5\nrobots = 30\nvalue = \"global.hops\"\nequals = 1\n"
+    );
+    let texts = json!({ "walk.bzz": RED, "s.toml": demanding });
+    let refused = of_kind(&ask(&mut live, json!({ "run": { "texts": texts } })), "refused");
+    let reason = refused["text"].as_str().unwrap();
+    assert!(reason.starts_with("`s.toml` does not fit the scripts: "), "{reason}");
+    assert!(reason.contains("`hops`"), "{reason}");
     // A world without room for its robots.
     let crowded = SCENARIO.replace("[800, 600]", "[40, 40]");
     let texts = json!({ "walk.bzz": RED, "s.toml": crowded });
