@@ -27,6 +27,10 @@ pub const MARKED_BYTES_MAX: usize = 60;
 /// marked.
 const MARKED_LINES_MAX: usize = 6;
 
+/// The maximum length in bytes of a help that stands under the mark, where a longer one would leave a
+/// terminal of 80 columns.
+const HELP_AT_MARK_MAX: usize = 50;
+
 /// Maximum distance in lines between two places that are shown in one piece of source text.
 const NEAR: usize = 10;
 
@@ -79,8 +83,10 @@ impl<'a> Renderer<'a> {
             Severity::Warning => Level::WARNING,
         };
         let title = level.primary_title(printable(&diagnostic.message)).id(diagnostic.code.text());
-        let mut report = title.elements(self.places(diagnostic));
-        if let Some(help) = &diagnostic.help {
+        let help_at_mark = self.help_at_mark(diagnostic);
+        let label = help_at_mark.as_deref().unwrap_or(&diagnostic.label);
+        let mut report = title.elements(self.places(diagnostic, label));
+        if let (None, Some(help)) = (&help_at_mark, &diagnostic.help) {
             report = report.element(Level::HELP.message(printable(help)));
         }
         let style = match color {
@@ -166,9 +172,22 @@ impl<'a> Renderer<'a> {
         &self.sources.file(file).text[range]
     }
 
-    /// Returns the source text around the place of a diagnostic and around its related places.
-    fn places(&self, diagnostic: &'a Diagnostic) -> Vec<Element<'a>> {
-        let primary = SourceMark { span: diagnostic.span, label: &diagnostic.label, primary: true };
+    /// Returns the help as text under the mark: where the place needs no words of its own, a short help
+    /// makes the message two lines shorter.
+    fn help_at_mark(&self, diagnostic: &Diagnostic) -> Option<String> {
+        let Diagnostic { span, label, help, .. } = diagnostic;
+        let help = help.as_ref().filter(|help| help.len() <= HELP_AT_MARK_MAX)?;
+        let is_shown = !self.has_longer_line(span.file, self.lines(*span), LINE_BYTES_MAX);
+        (label.is_empty() && is_shown).then(|| format!("help: {help}"))
+    }
+
+    /// Returns the source text around the place of a diagnostic, with `label` under its mark, and around
+    /// its related places.
+    fn places<'b>(&self, diagnostic: &'b Diagnostic, label: &'b str) -> Vec<Element<'b>>
+    where
+        'a: 'b,
+    {
+        let primary = SourceMark { span: diagnostic.span, label, primary: true };
         let mut pieces = vec![vec![primary]];
         for (span, label) in &diagnostic.related {
             let mark = SourceMark { span: *span, label, primary: false };
@@ -202,7 +221,10 @@ impl<'a> Renderer<'a> {
     }
 
     /// Returns a piece of source text with marks. There is at least one, and all are in one file.
-    fn piece(&self, marks: &[SourceMark<'a>]) -> Element<'a> {
+    fn piece<'b>(&self, marks: &[SourceMark<'b>]) -> Element<'b>
+    where
+        'a: 'b,
+    {
         let Span { file, start, .. } = marks[0].span;
         let path = printable(&self.sources.path(file).display().to_string());
         let (mut first, mut last) = (usize::MAX, 0);
@@ -224,7 +246,7 @@ impl<'a> Renderer<'a> {
             .into()
     }
 
-    fn annotation(&self, mark: &SourceMark<'a>, piece: Range<usize>) -> Annotation<'a> {
+    fn annotation<'b>(&self, mark: &SourceMark<'b>, piece: Range<usize>) -> Annotation<'b> {
         let end_of_lines = self.line_start(mark.span.file, self.lines(mark.span).end);
         let start = mark.span.start as usize - piece.start;
         let mut end = (mark.span.end as usize).min(end_of_lines).min(piece.end) - piece.start;

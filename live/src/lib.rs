@@ -93,6 +93,6 @@ pub use replay::Replay;
 pub use set_up::{set_up, text_of};
 pub use shelf::{SharedFiles, Shelf};
 pub use source::Source;
-pub use unsaved::{KeptText, UnsavedStore, UnsavedText};
+pub use unsaved::{KeptText, UnsavedStore};
 pub use watched::{ReportContent, RobotReport, Watched};
 pub use workshop::Workshop;

@@ -10,7 +10,6 @@ use crate::compiler_message::CompilerMessage;
 use crate::controls::{Control, ControlProblem};
 use crate::inspection::MemoryDescription;
 use crate::request::Texts;
-use crate::unsaved::UnsavedText;
 use crate::words::Word;
 
 /// An event. In JSON, the key `event` has the name of the variant.
@@ -256,6 +255,22 @@ pub struct ScriptsDescription {
     pub begun: Texts,
     /// Texts that were typed earlier and not saved.
     pub unsaved: Vec<UnsavedText>,
+}
+
+/// A text that was typed earlier and not saved.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct UnsavedText {
+    pub id: String,
+    /// The script, or the scenario.
+    pub name: String,
+    /// The path of the file.
+    pub file: String,
+    /// The time at which it was typed, in seconds since 1970.
+    pub seconds: u64,
+    /// True if the file has another text now than when it was changed.
+    pub changed: bool,
+    pub text: String,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use bittybuzz_arena::run::Setup;
-use serde::Serialize;
 
 use crate::edit;
+use crate::page_event::UnsavedText;
 use crate::workshop::Drafts;
 
 /// A store of unsaved texts, which the next session of the same files offers.
@@ -34,22 +34,6 @@ pub struct KeptText {
     pub seconds: u64,
     /// SHA-256 of the text in the file that was changed, in hexadecimal.
     pub over: String,
-    pub text: String,
-}
-
-/// A text that was typed earlier and not saved.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
-pub struct UnsavedText {
-    pub id: String,
-    /// The script, or the scenario.
-    pub name: String,
-    /// The path of the file.
-    pub file: String,
-    /// The time at which it was typed, in seconds since 1970.
-    pub seconds: u64,
-    /// True if the file has another text now than when it was changed.
-    pub changed: bool,
     pub text: String,
 }
 

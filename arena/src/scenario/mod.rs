@@ -203,7 +203,10 @@ fn parse(
 /// Reads all sections even after an error, so that every mistake is found. Returns `None` if a
 /// required part is missing.
 fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<Scenario> {
-    let world = world::read(root);
+    let world = world::read(root).map(|(world, movables)| {
+        space::check_movables(&world, &movables);
+        world
+    });
     // Without a valid `[world]`, places and times cannot be checked: an unbounded world accepts
     // all.
     let boundless = WorldSection {

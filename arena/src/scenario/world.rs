@@ -6,7 +6,6 @@ use toml::de::DeValue;
 use super::error::ScenarioCause;
 use super::keys::{LIGHT, OBSTACLE, PATCH, WORLD};
 use super::read::{Entry, Section};
-use super::space::check_movables;
 use super::time::seconds;
 
 /// The ground under the robots: a rectangle with walls around it and (0, 0) in its middle.
@@ -105,7 +104,8 @@ const BRIGHTNESS: std::ops::RangeInclusive<f64> = 0.0..=1023.0;
 /// The valid durations in seconds: at most four weeks.
 const DURATION: std::ops::RangeInclusive<f64> = 0.1..=2_419_200.0;
 
-pub fn read(root: &Section<'_>) -> Option<WorldSection> {
+/// Reads the world. Returns with it the places of its movable discs in the file, in their order.
+pub fn read<'a>(root: &Section<'a>) -> Option<(WorldSection, Vec<Entry<'a>>)> {
     let Some(section) = root.section("world", WORLD) else {
         if root.get("world").is_none() {
             root.fail(TomlError::MissingKey { key: "world", section: root.name });
@@ -140,11 +140,10 @@ pub fn read(root: &Section<'_>) -> Option<WorldSection> {
             None => {}
         }
     }
-    check_movables(&world, &movables);
     for item in section.get("lights").and_then(|entry| entry.list()).unwrap_or_default() {
         world.lights.extend(light(&item, &world));
     }
-    Some(world)
+    Some((world, movables))
 }
 
 const SIZE: &str = "two numbers as [width, height]";

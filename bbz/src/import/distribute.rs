@@ -11,13 +11,9 @@ use super::arena::{
 use super::document::Element;
 use super::generator::Generator;
 use super::group::{Group, Heading, Lamp, Placement};
-use super::mistake::{Allowed, Mistake};
+use super::mistake::{Allowed, FIXED_MAX, Mistake, ROBOTS_MAX};
 use super::obstacle::Obstacle;
 use super::robots::{RobotKind, buzz_id};
-
-/// The largest number of robots, and of obstacles and lamps, that a file distributes.
-pub const ROBOTS_MAX: u32 = 0x1_0000;
-pub const FIXED_MAX: u32 = 2000;
 
 /// The number of places that are tried for an obstacle, and the number of comparisons of two bodies
 /// for a whole file, which bounds the time.

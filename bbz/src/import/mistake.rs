@@ -3,7 +3,9 @@
 use bittybuzz_toml_reader::{number_text, one_of};
 use roxmltree::Error as XmlError;
 
-use super::distribute::{FIXED_MAX, ROBOTS_MAX};
+/// The largest number of robots, and of obstacles and lamps, that a file distributes.
+pub const ROBOTS_MAX: u32 = 0x1_0000;
+pub const FIXED_MAX: u32 = 2000;
 
 /// The numbers that an attribute may have.
 #[derive(Debug, Clone, Copy, PartialEq)]

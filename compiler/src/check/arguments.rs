@@ -4,9 +4,9 @@
 use bittybuzz_vm_core::builtin::{self, BuiltinInfo};
 
 use crate::check::names::{LibraryMember, Meaning, Meanings};
+use crate::check::static_type::{StaticType, kind_of};
 use crate::check::suggest;
 use crate::check::tree::{CheckedExpr, CheckedExprKind, ResolvedScript, each_expr};
-use crate::check::values::{StaticType, kind_of};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 

@@ -6,9 +6,9 @@ use bittybuzz_vm_core::builtin::{self, Library};
 use crate::check::checker::Checker;
 use crate::check::names::{LibraryMember, Meaning};
 use crate::check::overflow;
+use crate::check::static_type::{StaticType, kind_of};
 use crate::check::suggest;
 use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId, NameId};
-use crate::check::values::{StaticType, kind_of};
 use crate::codes::DiagnosticCode;
 use crate::constant::ConstantNumber;
 use crate::diagnostic::Diagnostic;
@@ -45,8 +45,7 @@ impl Checker<'_> {
                     let code = DiagnosticCode::UnknownMemberCalled;
                     let message = format!("`{}` has no function `{key}`", field.table);
                     let diagnostic = self.unknown_function(code, *key_span, message);
-                    let diagnostic = field.advise(key, diagnostic, *key_span);
-                    self.report(diagnostic.label("does not exist"));
+                    self.report(field.advise(key, diagnostic, *key_span));
                 } else if let Some((missing, table)) = self.missing_field(object, key) {
                     let message = format!("no table of the script has a function `{key}`");
                     let code = DiagnosticCode::UnknownMember;
@@ -228,9 +227,8 @@ impl Checker<'_> {
             LibraryMember::Absent if !self.may_be_member(library, key) => {
                 let message =
                     format!("`{}` has no function `{key}`", suggest::library_path(library));
-                let mut diagnostic = self
-                    .unknown_function(DiagnosticCode::UnknownMemberCalled, key_span, message)
-                    .label("does not exist");
+                let code = DiagnosticCode::UnknownMemberCalled;
+                let mut diagnostic = self.unknown_function(code, key_span, message);
                 if let Some(advice) = suggest::for_member(library, key, self.meanings.robots()) {
                     diagnostic = advice.give(diagnostic, member);
                 }

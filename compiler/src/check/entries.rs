@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use crate::check::calls::counted;
 use crate::check::names::{Meaning, Meanings};
+use crate::check::static_type::{StaticType, kind_of};
 use crate::check::tree::{
     CheckedExpr, CheckedFunction, FreeName, NameId, ResolvedScript, assigned_values,
 };
-use crate::check::values::{StaticType, kind_of};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::image::ENTRIES;

@@ -25,8 +25,8 @@ use crate::check::robots::KnownRobots;
 use crate::check::suggest::{self, Advice};
 use crate::check::tree::{
     CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedFunction, CheckedStmt,
-    CheckedStmtKind, FunctionId, NameId, ResolvedScript, children, each_expr, each_expr_mut,
-    each_stmt,
+    CheckedStmtKind, FunctionId, HostNode, HostTables, NameId, ResolvedScript, children, each_expr,
+    each_expr_mut, each_stmt,
 };
 use crate::diagnostic::Diagnostic;
 use crate::profile::NumberProfile;
@@ -35,30 +35,6 @@ use crate::strings::own_number;
 
 /// The name of the function that runs in place of `step`; no script can have it.
 const BEFORE_STEP: &str = "before step";
-
-/// The tables that the robot fills for a script.
-#[derive(Debug, Clone, Default)]
-pub struct HostTables {
-    /// The tables that the script uses.
-    tables: BTreeMap<NameId, HostNode>,
-    /// Those whose fields the script only reads, by their names. The script may put more into others.
-    read_only: BTreeSet<NameId>,
-    /// The function that runs in place of `step`, if something is done before it.
-    pub step: Option<FunctionId>,
-}
-
-/// A table, or what stands in it.
-#[derive(Debug, Clone)]
-enum HostNode {
-    /// A table. A list has only the key [`ValueKey::Elements`], with its number of elements.
-    Table { entries: BTreeMap<ValueKey, HostNode>, elements: u32 },
-    /// A number that does not change: one for all elements, or one for each.
-    Constant(Vec<ValueConstant>),
-    /// The result of the robot function of this name.
-    Value(NameId),
-    /// The robot function of this name.
-    Function(NameId),
-}
 
 impl HostNode {
     fn table() -> Self {

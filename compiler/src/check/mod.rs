@@ -20,6 +20,7 @@ pub mod resolve;
 pub mod robots;
 mod shadowing;
 mod shapes;
+pub mod static_type;
 mod stuck;
 mod suggest;
 mod topics;

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use crate::check::names::{Meaning, Meanings, offered};
 use crate::check::robots::KnownRobots;
+use crate::check::static_type::{StaticType, kind_of};
 use crate::check::tree::{
     CheckedExpr, CheckedExprKind, CheckedStmt, CheckedStmtKind, FreeName, FunctionId,
     ResolvedScript, each_stmt,
 };
-use crate::check::values::{StaticType, kind_of};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::image::ENTRIES;

@@ -6,12 +6,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use bittybuzz_vm_core::builtin;
 
 use crate::check::names::{Meaning, Meanings};
+use crate::check::static_type::{StaticType, kind_of};
 use crate::check::suggest::{self, Advice};
 use crate::check::tree::{
     CheckedExpr, CheckedExprKind, CheckedStmtKind, FunctionId, LocalId, LocalKind, NameId,
     ResolvedScript, each_expr, each_stmt,
 };
-use crate::check::values::{StaticType, kind_of};
 
 /// A variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

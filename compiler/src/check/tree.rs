@@ -4,10 +4,11 @@
 //! All functions are in one list, in which number 0 is the global code. The tree has no
 //! parentheses, and a `for` is a `while` with an update.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use bittybuzz_robot_spec::{ValueConstant, ValueKey};
 
 use crate::ast::{BinaryOp, UnaryOp};
-use crate::check::host::HostTables;
 use crate::constant::ConstantNumber;
 use crate::parser::Hidden;
 use crate::profile::{self, NumberProfile};
@@ -71,6 +72,30 @@ impl ResolvedScript {
         self.numbers.insert(text.to_owned(), id);
         id
     }
+}
+
+/// The tables that the robot fills for a script.
+#[derive(Debug, Clone, Default)]
+pub struct HostTables {
+    /// The tables that the script uses.
+    pub tables: BTreeMap<NameId, HostNode>,
+    /// Those whose fields the script only reads, by their names. The script may put more into others.
+    pub read_only: BTreeSet<NameId>,
+    /// The function that runs in place of `step`, if something is done before it.
+    pub step: Option<FunctionId>,
+}
+
+/// A table, or what stands in it.
+#[derive(Debug, Clone)]
+pub enum HostNode {
+    /// A table. A list has only the key [`ValueKey::Elements`], with its number of elements.
+    Table { entries: BTreeMap<ValueKey, HostNode>, elements: u32 },
+    /// A number that does not change: one for all elements, or one for each.
+    Constant(Vec<ValueConstant>),
+    /// The result of the robot function of this name.
+    Value(NameId),
+    /// The robot function of this name.
+    Function(NameId),
 }
 
 /// A name that is not a local, and the places that use it.

@@ -8,12 +8,12 @@ use crate::ast::{BinaryOp, Precedence, UnaryOp};
 use crate::check::checker::Checker;
 use crate::check::names::{LibraryMember, Meaning, Meanings};
 use crate::check::resolve::self_is_nil;
+use crate::check::static_type::{OperandValue, StaticType, kind_of, result_kind};
 use crate::check::suggest;
 use crate::check::tree::{
     CheckedBlock, CheckedBranch, CheckedExpr, CheckedExprKind, CheckedLink, CheckedStmt,
     CheckedStmtKind, FunctionId, NameId, ResolvedScript, assigned_values,
 };
-use crate::check::values::{OperandValue, StaticType, kind_of, result_kind};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
 use crate::profile::NumberProfile;
@@ -386,7 +386,6 @@ impl Checker<'_> {
                     span,
                     "a robot has no files: there is no `io`",
                 )
-                .label("does not exist")
                 .help("to print values, call `log(...)`; `bbz sim` writes tables of values with `--csv`, and all that robots do with `--record`"),
             );
             return;

@@ -6,10 +6,10 @@ use bittybuzz_vm_core::builtin;
 use bittybuzz_vm_core::message::{FRAGMENTS_MAX, STIGMERGIES};
 
 use crate::check::names::Meanings;
+use crate::check::static_type::{StaticType, kind_of};
 use crate::check::tree::{
     CheckedExpr, CheckedExprKind, FunctionId, NameId, ResolvedScript, assigned_values, each_expr,
 };
-use crate::check::values::{StaticType, kind_of};
 use crate::codegen::classes::ValueClasses;
 use crate::constant::ConstantNumber;
 use crate::messages::form::{Form, Forms};

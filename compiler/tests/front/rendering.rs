@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::parser::{Parsed, parse};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
@@ -14,15 +15,33 @@ fn text(parsed: &Parsed, index: usize) -> String {
 
 #[test]
 fn headline_place_source_label_and_help() {
+    let text = "log(1 == \"a\")\n".to_owned();
+    let files = MemoryFiles::default();
+    let loader = IncludeLoader::new(&files);
+    let compiled = compile(Path::new("main.bzz"), text, &loader, &Options::default());
+    let renderer = Renderer::new(&compiled.sources);
+    let text = renderer.text(&compiled.diagnostics[0], ColorChoice::Never);
+    let expected = "\
+warning[W0305]: an integer never equals a string
+ --> main.bzz:1:5
+  |
+1 | log(1 == \"a\")
+  |     ^^^^^^^^ always false
+  |
+  = help: values of different types are unequal; no text is converted to a number
+";
+    assert_eq!(text, expected);
+}
+
+#[test]
+fn a_short_help_stands_under_a_mark_without_label() {
     let parsed = parse_text("a = 1\nif(x = 3) { y = 1 }\n");
     let expected = "\
 error[E0219]: an assignment is no condition
  --> main.bzz:2:6
   |
 2 | if(x = 3) { y = 1 }
-  |      ^
-  |
-  = help: to compare, write `==`
+  |      ^ help: to compare, write `==`
 ";
     assert_eq!(text(&parsed, 0), expected);
 }

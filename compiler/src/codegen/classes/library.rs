@@ -5,8 +5,8 @@ use bittybuzz_vm_core::builtin::{self, BuiltinInfo, BuiltinKind, Library};
 
 use super::{Arg, Classes, Flow, Name, ValueHolder};
 use crate::check::names::LibraryMember;
+use crate::check::static_type::{StaticType, kind_of};
 use crate::check::tree::{CheckedExpr, CheckedExprKind, FunctionId};
-use crate::check::values;
 
 impl<'a> Flow<'a> {
     /// Returns the classes of `object.key` as a value.
@@ -208,8 +208,7 @@ impl<'a> Flow<'a> {
         let snapshot = if is_table { Classes::OBJECT } else { Classes::NONE };
         match (key, args) {
             ("put", [key, value, ..]) => {
-                let is_float =
-                    values::kind_of(key.expr, self.meanings) == Some(values::StaticType::Float);
+                let is_float = kind_of(key.expr, self.meanings) == Some(StaticType::Float);
                 self.is_long |= is_float || key.classes.has(Classes::TEXT);
                 self.put(ValueHolder::Key, key.classes);
                 let sent = self.pass(value) | self.get(ValueHolder::Verdict);
