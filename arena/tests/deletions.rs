@@ -111,6 +111,24 @@ const CROWD: &str = "if(id == 0 and t == 20) { s.put(\"kept\", 1) s.put(\"delete
     if(id == 0 and t > 900 and t <= 900 + 5 * (room - 1) and t % 5 == 0) s.put((t - 900) / 5, 2)
     if(id == 0 and t > 1500 and t <= 1500 + 5 * (room - 2) and t % 5 == 0) s.put((t - 1500) / 5, nil)";
 
+/// How many of the seeds of a case run.
+#[derive(Clone, Copy)]
+enum Seeds {
+    /// A few of each case, for every change.
+    Sample,
+    /// All of each case: minutes.
+    All,
+}
+
+impl Seeds {
+    fn of(self, all: u32) -> u32 {
+        match self {
+            Seeds::Sample => all.div_ceil(4),
+            Seeds::All => all,
+        }
+    }
+}
+
 fn runs(
     robots: &str,
     away: &[Away],
@@ -134,46 +152,40 @@ fn runs(
     }
 }
 
-#[test]
-fn a_robot_that_was_away_does_not_bring_a_key_back() {
+fn one_robot_was_away(seeds: Seeds) {
     let away = [Away::Partition, Away::Stop];
-    runs("[8]", &away, &[50, 100, 300], &[0.0, 0.3], 10, 1, DELETE);
+    runs("[8]", &away, &[50, 100, 300], &[0.0, 0.3], seeds.of(10), 1, DELETE);
 }
 
-#[test]
-fn robots_that_were_away_together_do_not_bring_a_key_back() {
-    runs("[6, 7, 8]", &[Away::Partition], &[100, 300], &[0.0, 0.3], 10, 1, DELETE);
+fn several_robots_were_away(seeds: Seeds) {
+    runs("[6, 7, 8]", &[Away::Partition], &[100, 300], &[0.0, 0.3], seeds.of(10), 1, DELETE);
 }
 
 /// The robot that was away has put the key itself.
-#[test]
-fn the_robot_that_put_a_key_does_not_bring_it_back() {
+fn the_owner_was_away(seeds: Seeds) {
     let step = "if(id == 8 and t == 20) { s.put(\"kept\", 1) s.put(\"deleted\", 100) }
         if(id == 0 and t == 200) s.put(\"deleted\", nil)";
-    runs("[8]", &[Away::Partition, Away::Stop], &[100], &[0.0, 0.3], 10, 1, step);
+    runs("[8]", &[Away::Partition, Away::Stop], &[100], &[0.0, 0.3], seeds.of(10), 1, step);
 }
 
-#[test]
-fn a_deletion_lasts_after_its_place_was_taken() {
+fn its_place_was_taken(seeds: Seeds) {
     let away = [Away::Partition, Away::Stop];
-    runs("[8]", &away, &[240], &[0.0, 0.3], 10, 3, CROWD);
-    runs("[6, 7, 8]", &[Away::Partition], &[240], &[0.0, 0.3], 10, 3, CROWD);
+    runs("[8]", &away, &[240], &[0.0, 0.3], seeds.of(10), 3, CROWD);
+    runs("[6, 7, 8]", &[Away::Partition], &[240], &[0.0, 0.3], seeds.of(10), 3, CROWD);
 }
 
 /// A robot that was alone puts a new key with an earlier clock than that of the deletion, whose place was taken. The script
 /// deletes keys that are numbers, but never the string.
-#[test]
-fn what_a_robot_puts_alone_arrives() {
+fn a_robot_puts_alone(seeds: Seeds) {
     for key in ["\"new\"", "1000"] {
         let step = format!("{CROWD} if(id == 8 and t == 1000) s.put({key}, 10)");
-        runs("[8]", &[Away::Partition], &[240], &[0.0, 0.3], 10, 13, &step);
+        runs("[8]", &[Away::Partition], &[240], &[0.0, 0.3], seeds.of(10), 13, &step);
     }
 }
 
 /// Both parts delete a key of both, and both fill their stores, so that the places of these deletions are taken. Clocks of
 /// the parts are equal, or those of one later.
-#[test]
-fn deletions_of_two_parts_last() {
+fn two_parts_delete(seeds: Seeds) {
     let step = "if(id == 0 and t == 20) s.put(\"first\", 100)
         if(id == 8 and t == 20) s.put(\"last\", 1000)
         if(id == 0 and t == 200) s.put(\"first\", nil)
@@ -187,16 +199,67 @@ fn deletions_of_two_parts_last() {
     let later = format!("{step} if(id == 8 and t > 800 and t <= 820) s.put(8001, 2)");
     for robots in ["[8]", "[6, 7, 8]", "[5, 6, 7, 8]", "6, 7, 8"] {
         for step in [step, &later] {
-            runs(robots, &[Away::Partition], &[300], &[0.0, 0.3], 5, 4, step);
+            runs(robots, &[Away::Partition], &[300], &[0.0, 0.3], seeds.of(5), 4, step);
         }
     }
 }
 
 /// The robots of a part put a new key; the place of the deletion is still theirs.
+fn a_part_puts(seeds: Seeds) {
+    let step = format!("{DELETE} if(id == 8 and t == 1000) s.put(\"new\", 10)");
+    runs("[6, 7, 8]", &[Away::Partition], &[150], &[0.0, 0.3], seeds.of(10), 11, &step);
+}
+
+#[test]
+fn a_robot_that_was_away_does_not_bring_a_key_back() {
+    one_robot_was_away(Seeds::Sample);
+}
+
+#[test]
+fn robots_that_were_away_together_do_not_bring_a_key_back() {
+    several_robots_were_away(Seeds::Sample);
+}
+
+#[test]
+fn the_robot_that_put_a_key_does_not_bring_it_back() {
+    the_owner_was_away(Seeds::Sample);
+}
+
+#[test]
+fn a_deletion_lasts_after_its_place_was_taken() {
+    its_place_was_taken(Seeds::Sample);
+}
+
+#[test]
+fn what_a_robot_puts_alone_arrives() {
+    a_robot_puts_alone(Seeds::Sample);
+}
+
+#[test]
+fn deletions_of_two_parts_last() {
+    two_parts_delete(Seeds::Sample);
+}
+
 #[test]
 fn what_a_part_puts_arrives() {
-    let step = format!("{DELETE} if(id == 8 and t == 1000) s.put(\"new\", 10)");
-    runs("[6, 7, 8]", &[Away::Partition], &[150], &[0.0, 0.3], 10, 11, &step);
+    a_part_puts(Seeds::Sample);
+}
+
+#[test]
+#[ignore = "takes minutes: all seeds"]
+fn every_deletion_lasts() {
+    let cases = [
+        one_robot_was_away,
+        several_robots_were_away,
+        the_owner_was_away,
+        its_place_was_taken,
+        a_robot_puts_alone,
+        two_parts_delete,
+        a_part_puts,
+    ];
+    for case in cases {
+        case(Seeds::All);
+    }
 }
 
 /// A robot that is switched off and on learns all entries from the others, and they learn what it puts at its start.

@@ -15,7 +15,7 @@ use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 use bittybuzz_vm_core::{Torture, Vm};
 
 /// The seeds of an ordinary run.
-const SAMPLE: Range<u64> = 0..300;
+const SAMPLE: Range<u64> = 0..100;
 /// Slots of a machine that no random program fills.
 const SLOTS: usize = 60_000;
 /// The most allocations that are made to fail, one by one, for each program.

@@ -132,6 +132,7 @@ fn a_full_stack_stops_the_robot() {
 }
 
 #[test]
+#[ignore = "soak"]
 fn a_full_stack_stops_the_robot_on_qemu() {
     the_failure_is_safe(Core::Qemu, &[0xb5ff, 0xe7fd]);
 }

@@ -21,7 +21,7 @@ const RUNS: [&str; 2] = ["social", "time"];
 /// Seconds after which executions are written down; a run that is stopped loses at most those.
 const CHUNK: &str = "-max_total_time=300";
 /// Executions of each target in CI, and the seed that decides them.
-const SAMPLE: [&str; 2] = ["-runs=10000", "-seed=1"];
+const SAMPLE: [&str; 2] = ["-runs=3000", "-seed=1"];
 /// Settings of cargo for the programs of the sample, whose executions take less time than a full
 /// optimization. Checks of overflow and debug assertions stay on. The engine, which is C++, and
 /// macros keep the settings with which the lints have compiled them.

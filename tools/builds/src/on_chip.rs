@@ -1,7 +1,7 @@
 //! Builds the programs of `targets` that run images on chips, and runs `tests/on-chip`, which
 //! compares their output with that of the host.
 
-use crate::cargo_test::cargo_test;
+use crate::cargo_test::all_tests;
 use crate::chip::{AVR_NONE, ChipProgram};
 use anyhow::Result;
 
@@ -49,9 +49,7 @@ impl ChipTarget {
     /// conformance scripts if there are no seeds. Returns a summary of the run.
     pub fn compare(&self, seeds: Option<&str>) -> Result<String> {
         let program = self.program.build(&[], true)?;
-        let arguments = ["--package", "bittybuzz-on-chip", "--test", "same"];
-        let all = [&arguments[..], &["--", "--ignored", "--nocapture"]].concat();
-        let test = cargo_test(&all)
+        let test = all_tests(&["--test", "same"], &["--ignored", "--nocapture"])
             .env("BITTYBUZZ_TARGET", self.name)
             .env("BITTYBUZZ_PROGRAM", &program.display().to_string());
         let test = match seeds {

@@ -26,12 +26,6 @@ const SLOWEST: [&str; 5] =
 /// The package whose tests run the robots' images.
 const IMAGED: &str = "bittybuzz-hil";
 
-/// A program with a test that takes a third of the program's time. A program starts its tests in
-/// the order of their names, in which this one comes late and would run alone at the end. So it runs
-/// first, apart from the others.
-const SPLIT: &str = "cargo test --package bittybuzz-hil --test hil";
-const SLOWEST_TEST: &str = "script::a_step_without_end_is_reported_and_stops_the_motors_on_qemu";
-
 /// Names and values of environment variables.
 pub type Variables = Vec<(&'static str, String)>;
 
@@ -44,16 +38,6 @@ struct TestProgram {
     executable: PathBuf,
     /// The folder of the package, in which its tests run.
     folder: PathBuf,
-    /// Arguments that select some of its tests.
-    selection: &'static [&'static str],
-}
-
-impl TestProgram {
-    /// Returns the same program, of which these arguments select some tests.
-    fn with(&self, selection: &'static [&'static str]) -> TestProgram {
-        let command = format!("{} -- {}", self.command, selection.join(" "));
-        TestProgram { command, selection, ..self.clone() }
-    }
 }
 
 /// The tests of one or more programs.
@@ -164,8 +148,7 @@ impl Runner<'_> {
 
     fn run_program(&self, program: &TestProgram) -> Result<()> {
         let start = Instant::now();
-        let arguments = [self.chosen, program.selection].concat();
-        let line = Invocation::named(&program.command, &program.executable, &arguments)
+        let line = Invocation::named(&program.command, &program.executable, self.chosen)
             .in_folder(&program.folder);
         let output = self.with_variables(line).unannounced().output_if(|_| true)?;
         let text = String::from_utf8_lossy(&output.stdout);
@@ -202,11 +185,6 @@ fn in_order(mut programs: Vec<TestProgram>) -> Vec<TestProgram> {
     programs.sort_by_key(|program| {
         Reverse(SLOWEST.iter().position(|slow| *slow == program.package).unwrap_or(SLOWEST.len()))
     });
-    if let Some(at) = programs.iter().position(|program| program.command == SPLIT) {
-        let program = programs.remove(at);
-        programs.push(program.with(&["--skip", SLOWEST_TEST]));
-        programs.push(program.with(&[SLOWEST_TEST]));
-    }
     programs
 }
 
@@ -264,7 +242,6 @@ fn read_messages(messages: &str) -> Result<Built> {
             package,
             executable: executable.into(),
             folder,
-            selection: &[],
         });
     }
     Ok(built)
@@ -349,26 +326,21 @@ mod tests {
             package: package.to_owned(),
             executable: PathBuf::new(),
             folder: PathBuf::new(),
-            selection: &[],
         };
-        let programs = [("other", "o"), ("bittybuzz-hil", SPLIT), ("bbz", "b"), ("bbz", "c")];
+        let programs = [("other", "o"), ("bittybuzz-hil", "h"), ("bbz", "b"), ("bbz", "c")];
         let programs = programs.map(|(package, command)| program(package, command));
         let order = in_order(programs.to_vec());
-        let selections: Vec<_> = order.iter().rev().map(|program| program.selection).collect();
-        assert_eq!(selections[..2], [&[SLOWEST_TEST][..], &["--skip", SLOWEST_TEST]]);
         let commands: Vec<_> = order.iter().map(|program| program.command.as_str()).collect();
-        assert_eq!(commands[..3], ["o", "b", "c"]);
-        assert_eq!(commands[4], format!("{SPLIT} -- {SLOWEST_TEST}"));
+        assert_eq!(commands, ["o", "b", "c", "h"]);
 
         // Until the images are there, others run.
         let mut run = Run { waiting: order, ..Run::default() };
         let mut next = |has_images| run.next(has_images).map(|program| program.command);
         assert_eq!(next(false).as_deref(), Some("c"));
-        assert_eq!(next(true), Some(format!("{SPLIT} -- {SLOWEST_TEST}")));
+        assert_eq!(next(true).as_deref(), Some("h"));
         assert_eq!(next(false).as_deref(), Some("b"));
-        assert_eq!(next(false).as_deref(), Some("o"));
-        assert_eq!(next(false), None);
-        assert!(next(true).is_some());
+        assert_eq!(next(true).as_deref(), Some("o"));
+        assert_eq!(next(true), None);
     }
 
     #[test]

@@ -9,4 +9,5 @@ mod locked;
 mod names;
 mod prose;
 mod runner;
+mod unit_tests;
 mod versions;
