@@ -8,7 +8,7 @@ import pytest
 from conftest import launch
 from playwright.sync_api import expect
 from test_editor import RED, editor, text, write
-from test_page import SCRIPT, SECONDS_MAX, at, end, go, session, show
+from test_page import SCRIPT, SECONDS_MAX, at, end, session, show
 
 __all__ = ["session"]
 
@@ -170,21 +170,6 @@ def test_a_text_comes_back_after_a_reload(open_page, session):
     expect(offers(page)).to_have_count(1)
     page.get_by_role("button", name="Restore").click()
     expect(page.locator("#text .cm-content")).to_contain_text(TYPED.strip())
-
-
-def test_a_run_that_starts_again_leaves_the_open_tab(open_page, session):
-    page = open_page(session)
-    write(page, RED + TYPED)
-    page.on("dialog", lambda dialog: dialog.accept())
-    page.reload()
-    expect(offers(page)).to_have_count(1)
-    page.click("#tab-log")
-    go(page, 600)
-    page.click("#play")
-    expect(page.locator("#play")).to_have_text("Pause")
-    # The text is still offered, in the other tab.
-    expect(offers(page)).to_have_count(1)
-    expect(page.locator("#tab-log")).to_have_attribute("aria-selected", "true")
 
 
 def test_another_page_is_offered_the_text_of_the_first(open_page, session):

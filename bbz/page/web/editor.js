@@ -116,7 +116,7 @@ export class Editor {
         });
     }
 
-    // Returns true if texts are offered now that were typed earlier and not saved.
+    // Returns true if there are texts that were typed earlier and not saved.
     /** @param {World} world */
     begin(world) {
         const { scripts } = world;
@@ -140,14 +140,13 @@ export class Editor {
             // The names that it may use may be others now. What is typed meanwhile stays.
             this.ask({ script: { name } });
         }
-        const offered = new Set(this.unsaved.map(({ id }) => id));
         this.unsaved = scripts?.unsaved ?? [];
         this.showUnsaved();
         for (const script of this.scripts.values()) {
             script.unsaved = null;
         }
         this.keepUnsaved();
-        return this.unsaved.some(({ id }) => !offered.has(id));
+        return this.unsaved.length > 0;
     }
 
     /** @param {string} name */
