@@ -299,6 +299,11 @@ impl Ekf {
         }
     }
 
+    /// Returns the height in m above the floor that the sensors below the robot see.
+    pub fn height_above_floor_m(&self) -> f32 {
+        self.position_m.z
+    }
+
     /// Returns the velocity in the body frame, in m/s.
     pub fn body_velocity_m_s(&self) -> Vec3 {
         self.velocity_m_s

@@ -219,6 +219,12 @@ impl FlightStack {
         self.filter.state()
     }
 
+    /// Returns the height in m of the center of mass above the floor below the robot.
+    #[must_use]
+    pub fn height_above_floor_m(&self) -> f32 {
+        self.filter.height_above_floor_m()
+    }
+
     /// Returns the covariance of the estimate's error; see [`Ekf::covariance`].
     #[must_use]
     pub fn covariance(&self) -> [[f32; 13]; 13] {

@@ -73,6 +73,7 @@ mod ground;
 mod random;
 pub mod sensors;
 mod state;
+mod wind;
 
 pub use aerodynamics::{downwash_n, ground_effect};
 pub use airframe::{Airframe, SpinResponse};
@@ -81,6 +82,7 @@ pub use drone::{Drone, DroneSurroundings};
 pub use glam::{DMat3, DQuat, DVec2, DVec3};
 pub use ground::{CrashCause, GroundContact, Impact, LANDING_SPEED_M_S_MAX, LANDING_TILT_RAD_MAX};
 pub use state::DroneState;
+pub use wind::{Wind, WindSettings};
 
 /// Standard gravity in m/s², rounded as in the flight controller.
 pub const GRAVITY_M_S2: f64 = 9.81;

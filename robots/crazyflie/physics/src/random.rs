@@ -16,6 +16,8 @@ pub(crate) enum NoiseConsumer {
     Height = 4,
     /// Motion capture.
     MotionCapture = 5,
+    /// Gusts of wind.
+    Wind = 6,
 }
 
 /// A stream of random numbers of one consumer.

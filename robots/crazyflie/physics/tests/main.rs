@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
+mod disturbances;
 mod faults;
 mod flight;
 mod flight_closed_loop;

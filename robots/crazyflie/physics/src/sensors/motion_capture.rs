@@ -57,6 +57,8 @@ pub struct MotionCapture {
     line: DelayLine<CapturedPose, ON_THE_WAY_MAX>,
     gate: FaultGate<CapturedPose>,
     jump_m: DVec3,
+    turn: DQuat,
+    marker_turn: DQuat,
 }
 
 impl MotionCapture {
@@ -72,6 +74,8 @@ impl MotionCapture {
             line: DelayLine::new(),
             gate: FaultGate::new(),
             jump_m: DVec3::ZERO,
+            turn: DQuat::IDENTITY,
+            marker_turn: DQuat::IDENTITY,
         }
     }
 
@@ -85,6 +89,27 @@ impl MotionCapture {
         self.jump_m = jump_m;
     }
 
+    /// Turns the frame of all further poses about its origin, as when cameras are calibrated again.
+    /// The offset of [`Self::set_jump_m`] is added afterwards.
+    ///
+    /// # Parameters
+    /// `turn`: a rotation of length 1.
+    pub fn set_turn(&mut self, turn: DQuat) {
+        self.turn = turn;
+    }
+
+    /// Turns the body's frame of all further poses by this rotation of length 1, as when markers were
+    /// put on the robot anew.
+    pub fn set_marker_turn(&mut self, turn: DQuat) {
+        self.marker_turn = turn;
+    }
+
+    /// Sets the time in steps until a further pose arrives. Poses stay in order, so one that
+    /// overtakes another one arrives right after it.
+    pub fn set_latency_steps(&mut self, steps: u32) {
+        self.settings.latency_steps = steps;
+    }
+
     /// Follows one step, and returns a pose if one arrives in it.
     pub fn sample(&mut self, state: &DroneState) -> Option<CapturedPose> {
         let settings = &self.settings;
@@ -93,9 +118,10 @@ impl MotionCapture {
             let shift = self.noise.normal_vector() * (settings.position_sigma_m * factor);
             let turn = self.noise.normal_vector() * (settings.attitude_sigma_rad * factor);
             let is_lost = self.noise.chance(settings.loss_probability);
+            let body = self.turn * state.attitude * self.marker_turn;
             let pose = CapturedPose {
-                position_m: state.position_m + shift + self.jump_m,
-                attitude: (state.attitude * DQuat::from_scaled_axis(turn)).normalize(),
+                position_m: self.turn * (state.position_m + shift) + self.jump_m,
+                attitude: (body * DQuat::from_scaled_axis(turn)).normalize(),
                 steps: state.steps,
             };
             if !is_lost && let Some(pose) = self.gate.pass(pose) {
@@ -147,12 +173,38 @@ mod tests {
         assert_eq!(run(&mut MotionCapture::new(settings, 1), 2300).len(), 100);
     }
 
+    /// A latency that falls by 20 ms lets poses arrive in order, each at its own time or later.
+    #[test]
+    fn latency_can_change() {
+        let settings =
+            MotionCaptureSettings { loss_probability: 0.0, ..MotionCaptureSettings::ROOM };
+        let mut capture = MotionCapture::new(settings, 1);
+        let mut state = DroneState::at_rest(DVec3::ZERO, 0.0);
+        let mut found = Vec::new();
+        for step in 1..=1000_u64 {
+            capture.set_latency_steps(if step < 500 { 120 } else { 80 });
+            state.steps = step;
+            found.extend(capture.sample(&state).map(|pose| (pose.steps, step - pose.steps)));
+        }
+        assert!(found.windows(2).all(|pair| pair[0].0 < pair[1].0), "{found:?}");
+        let latency = |at: u64| found.iter().find(|(steps, _)| *steps == at).map(|found| found.1);
+        assert_eq!((latency(400), latency(600)), (Some(120), Some(80)));
+        assert!(found.len() >= 44, "{}", found.len());
+    }
+
     #[test]
     fn faults_and_jumps_reach_the_poses() {
         let mut capture = MotionCapture::new(MotionCaptureSettings::ROOM, 1);
         capture.set_jump_m(DVec3::X);
         let poses = run(&mut capture, 1000);
         assert!(poses.iter().all(|(_, pose)| (pose.position_m.x - 2.0).abs() < 0.01));
+        capture.set_turn(DQuat::from_rotation_z(core::f64::consts::FRAC_PI_2));
+        // The turned frame shows (1, -2, 0.5) at (2, 1, 0.5).
+        let turned = run(&mut capture, 1000);
+        assert!(turned.iter().skip(1).all(|(_, pose)| {
+            pose.position_m.distance(DVec3::new(3.0, 1.0, 0.5)) < 0.01
+                && (pose.attitude * DVec3::X).dot(DQuat::from_rotation_z(0.5) * DVec3::Y) > 0.99
+        }));
         capture.set_fault(Some(SensorFault::Silent));
         assert!(run(&mut capture, 1000).len() <= 1);
         capture.set_fault(Some(SensorFault::Stuck));

@@ -6,8 +6,8 @@
 
 mod capture;
 mod commands;
-mod consistency;
-mod figures;
+pub mod consistency;
+pub mod figures;
 mod flow;
 mod path;
-mod rig;
+pub mod rig;

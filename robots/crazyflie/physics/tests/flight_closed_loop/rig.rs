@@ -4,7 +4,9 @@ use bittybuzz_crazyflie_physics::sensors::{
     FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuSettings, MotionCapture,
     MotionCaptureSettings, SensorFault,
 };
-use bittybuzz_crazyflie_physics::{Airframe, DVec3, Drone, DroneState, DroneSurroundings, STEP_S};
+use bittybuzz_crazyflie_physics::{
+    Airframe, DVec3, Drone, DroneState, DroneSurroundings, STEP_S, Wind,
+};
 use bittybuzz_flight::ekf::{FlowMeasurement, PoseMeasurement};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::supervisor::SupervisorStage;
@@ -35,6 +37,10 @@ pub struct Rig {
     pub drone: Drone,
     pub stack: FlightStack,
     pub surroundings: DroneSurroundings,
+    /// A wind that replaces that of the surroundings.
+    pub wind: Option<Wind>,
+    /// The age in seconds that the flight controller is told of each pose in place of the true one.
+    pub told_age_s: Option<f64>,
     /// Measurements in the last millisecond.
     pub readings: DeckReadings,
     imu: Imu,
@@ -62,19 +68,32 @@ impl Rig {
 
     /// A robot with a Flow deck whose flow has this noise, which the filter knows.
     pub fn with_flow_noise(seed: u64, sigma_counts: f64) -> Self {
+        Self::with_told_flow_noise(seed, sigma_counts, sigma_counts)
+    }
+
+    /// A robot with a Flow deck whose flow has this noise, while the filter is told another one.
+    pub fn with_told_flow_noise(seed: u64, sigma_counts: f64, told_counts: f64) -> Self {
         let settings = FlowSettings { sigma_counts, ..FlowSettings::PMW3901 };
         let deck = Positioning::Deck {
             flow: Box::new(FlowSensor::new(settings, seed)),
             height: Box::new(HeightSensor::new(seed)),
-            sigma_counts: sigma_counts as f32,
+            sigma_counts: told_counts as f32,
         };
         Self::new(deck, seed)
     }
 
     /// Lets the motion capture fall silent, or return.
     pub fn set_capture_silent(&mut self, is_silent: bool) {
-        if let Positioning::Capture(capture) = &mut self.positioning {
+        if let Some(capture) = self.capture() {
             capture.set_fault(is_silent.then_some(SensorFault::Silent));
+        }
+    }
+
+    /// Returns the motion capture of a robot that has one.
+    pub fn capture(&mut self) -> Option<&mut MotionCapture> {
+        match &mut self.positioning {
+            Positioning::Capture(capture) => Some(capture),
+            Positioning::Deck { .. } => None,
         }
     }
 
@@ -99,6 +118,8 @@ impl Rig {
             imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
             duties: MotorDuties::default(),
             surroundings: DroneSurroundings::default(),
+            wind: None,
+            told_age_s: None,
             readings: DeckReadings::default(),
             positioning,
             drone,
@@ -109,6 +130,9 @@ impl Rig {
     pub fn step(&mut self) {
         self.readings = DeckReadings::default();
         for _ in 0..2 {
+            if let Some(wind) = &mut self.wind {
+                self.surroundings.wind_m_s = wind.step();
+            }
             self.drone.step(self.duties.0.map(f64::from), &self.surroundings);
             let state = *self.drone.state();
             self.measure(&state);
@@ -127,12 +151,13 @@ impl Rig {
         match &mut self.positioning {
             Positioning::Capture(capture) => {
                 let Some(pose) = capture.sample(state) else { return };
+                let age_s = (state.steps - pose.steps) as f64 * STEP_S;
                 self.stack.receive_pose(&PoseMeasurement {
                     position_m: pose.position_m.as_vec3(),
                     attitude: pose.attitude.as_quat(),
                     sigma_m: CAPTURE.position_sigma_m as f32,
                     sigma_rad: CAPTURE.attitude_sigma_rad as f32,
-                    age_s: ((state.steps - pose.steps) as f64 * STEP_S) as f32,
+                    age_s: self.told_age_s.unwrap_or(age_s) as f32,
                 });
             }
             Positioning::Deck { flow, height, sigma_counts } => {

@@ -1,0 +1,97 @@
+//! Disturbances, and the flights in which they occur.
+
+use bittybuzz_crazyflie_physics::DVec3;
+use bittybuzz_random::Random;
+
+/// A kind of disturbance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DisturbanceKind {
+    /// Nothing, for comparison.
+    Calm,
+    /// A force that pushes the robot aside all the time, as a fan does.
+    SideForce,
+    /// A touch of 10 ms every 2.5 s, as by a finger or a neighbor.
+    Bump,
+    /// A wind of 2 m/s with gusts of 1 m/s, from the ground on.
+    Gusts,
+    /// All poses are displaced at once, as by a marker that slips.
+    PoseJump,
+    /// The room's frame turns about its z axis, as by cameras that are calibrated again.
+    FrameTurn,
+    /// The markers turn on the robot, so that measured attitudes are wrong by a constant turn.
+    MarkerTurn,
+    /// Poses arrive later than the flight controller believes, and this changes.
+    Latency,
+    /// The floor rises or falls below the robot, every 2.5 s.
+    FloorStep,
+    /// The flow sensor has less noise than the flight controller is told.
+    QuietFlow,
+}
+
+use DisturbanceKind::*;
+
+/// The sensors that give the position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PositionSource {
+    MotionCapture,
+    FlowDeck,
+}
+
+/// Kinds with the source of the position, the least and the largest strength.
+///
+/// The unit is m/s² for forces, m/s for bumps and winds, m for displacements and steps, rad for
+/// turns, seconds for latencies, and counts for flow.
+pub const CASES: [(DisturbanceKind, PositionSource, f64, f64); 16] = [
+    (Calm, PositionSource::MotionCapture, 0.0, 0.0),
+    (Calm, PositionSource::FlowDeck, 0.0, 0.0),
+    (SideForce, PositionSource::MotionCapture, 0.5, 2.0),
+    (Bump, PositionSource::MotionCapture, 0.1, 0.5),
+    (Gusts, PositionSource::MotionCapture, 2.0, 2.0),
+    (PoseJump, PositionSource::MotionCapture, 0.01, 0.05),
+    (FrameTurn, PositionSource::MotionCapture, 0.5 * DEGREE, 3.0 * DEGREE),
+    (MarkerTurn, PositionSource::MotionCapture, 0.5 * DEGREE, 3.0 * DEGREE),
+    (Latency, PositionSource::MotionCapture, 0.02, 0.06),
+    (SideForce, PositionSource::FlowDeck, 0.5, 2.0),
+    (Bump, PositionSource::FlowDeck, 0.1, 0.5),
+    (Gusts, PositionSource::FlowDeck, 2.0, 2.0),
+    (FloorStep, PositionSource::FlowDeck, 0.02, 0.1),
+    (FloorStep, PositionSource::FlowDeck, 0.1, 0.3),
+    (QuietFlow, PositionSource::FlowDeck, 0.1, 0.5),
+    (QuietFlow, PositionSource::FlowDeck, 0.5, 2.0),
+];
+
+const DEGREE: f64 = core::f64::consts::PI / 180.0;
+
+/// One flight: everything that differs between flights.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    pub seed: u64,
+    /// Index in [`CASES`].
+    pub case: usize,
+    pub kind: DisturbanceKind,
+    pub source: PositionSource,
+    pub strength: f64,
+    /// Course of the disturbance in the world.
+    pub course_rad: f64,
+    /// Random numbers of the path.
+    pub path: Random,
+}
+
+impl Scenario {
+    /// Returns the flight of this number. Consecutive numbers have different cases.
+    pub fn new(number: usize) -> Self {
+        let case = number % CASES.len();
+        let (kind, source, least, most) = CASES[case];
+        let seed = 0xd157_0000 + number as u64;
+        let mut random = Random::new(seed);
+        let strength = least + (most - least) * random.unit();
+        let course_rad = random.unit() * core::f64::consts::TAU;
+        let path = Random::new(seed ^ 0x0070_110f);
+        Scenario { seed, case, kind, source, strength, course_rad, path }
+    }
+
+    /// Returns a vector of this length along the course.
+    pub fn along(&self, length: f64) -> DVec3 {
+        DVec3::new(self.course_rad.cos(), self.course_rad.sin(), 0.0) * length
+    }
+}

@@ -1,0 +1,23 @@
+//! Flights of the whole flight controller under effects that persist and on which the sensors agree:
+//! wind, a touch, a mat on the floor, cameras that were calibrated again, a slow radio, a better flow
+//! sensor. Each costs accuracy and none ends the flight.
+
+mod disturbance;
+mod flight;
+mod report;
+
+use report::Report;
+
+/// The limits of the flight controller were chosen with numbers from 10,000 on.
+#[test]
+#[ignore = "93 flights are lost: the gates take what lasts for a broken sensor"]
+fn two_hundred_flights_under_disturbances() {
+    Report::of(0..200).check();
+}
+
+/// Prints the table of the numbers with which limits are chosen, and asserts nothing.
+#[test]
+#[ignore = "prints figures"]
+fn report_disturbances() {
+    Report::of(10_000..10_200).print();
+}
