@@ -3,10 +3,12 @@
 //! The filter's gates reject single wrong measurements. Two faults pass them and spoil the estimate:
 //!
 //! * **Repetition.** A sensor that repeats its last value agrees with a robot that moves steadily.
-//!   Noise makes many equal values in a row unlikely.
+//!   A robot at rest in front of a good sensor repeats its value too, so a repetition counts only if
+//!   the filter expects another value.
 //! * **Noise.** Of very noisy measurements the gates accept those that happen to agree with the
 //!   prediction, so the estimate drifts while the filter believes to be corrected. The share of
-//!   rejected measurements shows it: correct ones are rejected once in 10,000 times.
+//!   rejected measurements shows it: correct ones are rejected once in 10,000 times, and what
+//!   persists is adopted before the share has grown.
 //!
 //! A sensor that lost the trust does not get it back in flight: after a second without measurements
 //! the gates have become so wide that they accept wrong ones. The robot lands.
@@ -16,8 +18,11 @@ use crate::ekf::EkfOutcome;
 /// Limits of the trust in a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrustLimits {
-    /// Number of repetitions of a value that show a sensor that is stuck.
+    /// Number of repetitions of an unexpected value that show a sensor that is stuck.
     pub most_repetitions: u8,
+    /// Difference from the expected value, in the unit of the sensor, from which a value is
+    /// unexpected.
+    pub least_deviation: f32,
     /// Share of the newest measurement in the running share of rejected ones, 0 to 1.
     pub newest_share: f32,
 }
@@ -26,16 +31,18 @@ pub struct TrustLimits {
 const REJECTED_MAX: f32 = 0.5;
 
 impl TrustLimits {
-    /// Limits of poses at 100 Hz. They find noise, or poses of another robot, after 0.22 s.
-    pub const POSE: Self = TrustLimits { most_repetitions: 30, newest_share: 1.0 / 32.0 };
-    /// Limits of flow at 100 Hz.
-    ///
-    /// With noise of half a count, two readings are equal in a quarter of all cases, and 16 in a row
-    /// once in 10⁹ cases.
-    pub const FLOW: Self = TrustLimits { most_repetitions: 15, newest_share: 1.0 / 16.0 };
-    /// Limits of distances in mm at 40 Hz. With noise of 2.5 mm, two readings are equal in 11 % of all
-    /// cases, and 9 in a row once in 10⁷ cases.
-    pub const RANGE: Self = TrustLimits { most_repetitions: 8, newest_share: 1.0 / 8.0 };
+    /// Limits of poses at 100 Hz. They find noise, or poses of another robot, after 0.43 s; poses that
+    /// may be adopted are so after 0.3 s. Coordinates in f32 never repeat by chance.
+    pub const POSE: Self =
+        TrustLimits { most_repetitions: 30, least_deviation: 0.0, newest_share: 1.0 / 62.0 };
+    /// Limits of flow at 100 Hz, in counts. The whole count next to the expected one is at most half
+    /// a count away, and the estimate is right to a quarter.
+    pub const FLOW: Self =
+        TrustLimits { most_repetitions: 15, least_deviation: 0.75, newest_share: 1.0 / 31.0 };
+    /// Limits of distances in m at 40 Hz. With noise of 2.5 mm, two readings are equal in 11 % of all
+    /// cases.
+    pub const RANGE: Self =
+        TrustLimits { most_repetitions: 8, least_deviation: 0.003, newest_share: 1.0 / 16.0 };
 }
 
 /// The trust in one sensor whose values have the type `T`.
@@ -59,17 +66,20 @@ impl<T: Copy + PartialEq> MeasurementTrust<T> {
         *self = Self::new(self.limits);
     }
 
-    /// Returns true if the filter may take the next value of the sensor.
-    pub fn admits(&mut self, value: T) -> bool {
-        let repeats = self.last == Some(value);
-        self.repetitions = if repeats { self.repetitions.saturating_add(1) } else { 0 };
+    /// Takes the filter's answer to a value.
+    ///
+    /// # Parameters
+    /// `deviation`: magnitude of the difference between the value and the expected one, in the unit of
+    /// [`TrustLimits::least_deviation`].
+    pub fn note(&mut self, value: T, deviation: f32, outcome: &EkfOutcome) {
+        if self.last == Some(value) {
+            let is_unexpected = deviation >= self.limits.least_deviation;
+            self.repetitions = self.repetitions.saturating_add(u8::from(is_unexpected));
+        } else {
+            self.repetitions = 0;
+        }
         self.last = Some(value);
         self.is_lost |= self.repetitions >= self.limits.most_repetitions;
-        !self.is_lost
-    }
-
-    /// Takes the filter's answer to a value that was admitted.
-    pub fn note(&mut self, outcome: &EkfOutcome) {
         let rejected = match outcome {
             EkfOutcome::Accepted => 0.0,
             EkfOutcome::Rejected { .. } => 1.0,
@@ -95,12 +105,19 @@ mod tests {
     #[test]
     fn a_stuck_sensor_loses_the_trust() {
         let mut trust = MeasurementTrust::new(TrustLimits::RANGE);
-        assert!((0..100).all(|value| trust.admits(value / 8)), "8 equal values are 7 repetitions");
-        assert!((0..8).all(|_| trust.admits(7)));
-        assert!(!trust.admits(7) && trust.is_lost());
-        assert!(!trust.admits(8), "trust does not return in flight");
+        let accepted = EkfOutcome::Accepted;
+        (0..100).for_each(|value| trust.note(value / 8, 0.01, &accepted));
+        assert!(!trust.is_lost(), "8 equal values are 7 repetitions");
+        // A robot at rest may repeat its value for long.
+        (0..1000).for_each(|_| trust.note(7, 0.001, &accepted));
+        (0..7).for_each(|_| trust.note(7, 0.01, &accepted));
+        assert!(!trust.is_lost());
+        trust.note(7, 0.01, &accepted);
+        assert!(trust.is_lost());
+        trust.note(8, 0.0, &accepted);
+        assert!(trust.is_lost(), "trust does not return in flight");
         trust.restart();
-        assert!(trust.admits(7));
+        assert!(!trust.is_lost());
     }
 
     /// Without rejections before, the running share of n rejections is 1 − (1 − share)ⁿ.
@@ -111,7 +128,7 @@ mod tests {
             let mut trust = MeasurementTrust::<u8>::new(limits);
             let mut count = 0.0;
             while !trust.is_lost() {
-                trust.note(&REJECTED);
+                trust.note(count as u8, 0.0, &REJECTED);
                 count += 1.0;
             }
             assert_eq!(count, expected);
@@ -122,8 +139,9 @@ mod tests {
     fn rare_rejections_keep_the_trust() {
         let mut trust = MeasurementTrust::<u8>::new(TrustLimits::FLOW);
         for number in 0..10_000 {
-            trust.note(if number % 3 == 0 { &REJECTED } else { &EkfOutcome::Accepted });
-            trust.note(&EkfOutcome::Refused(EkfRefusal::TooOld));
+            let outcome = if number % 3 == 0 { &REJECTED } else { &EkfOutcome::Accepted };
+            trust.note((number % 200) as u8, 0.0, outcome);
+            trust.note((number % 199) as u8, 0.0, &EkfOutcome::Refused(EkfRefusal::TooOld));
         }
         assert!(!trust.is_lost());
     }

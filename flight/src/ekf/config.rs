@@ -107,6 +107,12 @@ pub struct EkfConfig {
     pub variance_floor: f32,
     /// Form of the matrix that carries the error over one prediction.
     pub linearization: Linearization,
+    /// Acceleration in m/s² along body x and y from which the accelerometer shows an outer force, such
+    /// as wind, that thrust and drag do not explain. Below it the offset of the sensor (0.2 m/s² for
+    /// the BMI088) and vibration are as large. Infinite for a filter that knows no outer force.
+    pub least_outer_m_s2: f32,
+    /// True if the filter estimates by how much poses are older than it is told.
+    pub estimates_pose_age: bool,
     /// True if flow corrects x and y in the world, as the optimal gain does.
     ///
     /// The optimal position is then the sum of all counts with their noise, a walk that no robot can
@@ -135,6 +141,8 @@ impl EkfConfig {
         drag_per_s: Vec3::ZERO,
         variance_floor: 1e-8,
         linearization: Linearization::WholeAngle,
+        least_outer_m_s2: 0.4,
+        estimates_pose_age: true,
         flow_moves_position: false,
     };
 
@@ -153,6 +161,8 @@ impl EkfConfig {
         drag_per_s: Vec3::ZERO,
         variance_floor: 1e-6,
         linearization: Linearization::HalfAngle,
+        least_outer_m_s2: f32::INFINITY,
+        estimates_pose_age: false,
         flow_moves_position: true,
     };
 }

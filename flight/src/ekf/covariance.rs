@@ -328,6 +328,13 @@ impl StateCovariance {
         entries[ATTITUDE + 2][ATTITUDE + 2] = block.z_axis.z;
     }
 
+    /// Adds a variance to that of one state.
+    pub fn add_variance(&mut self, index: usize, variance: f32) {
+        if let Some(entry) = self.entries.get_mut(index).and_then(|row| row.get_mut(index)) {
+            *entry += variance;
+        }
+    }
+
     /// Forgets all about three states from `first` on: variances become `sigma`², correlations 0.
     pub fn isolate(&mut self, first: usize, sigma: Vec3) {
         let group = first..first + 3;

@@ -15,6 +15,11 @@ const TILT_SIGMA_MAX_RAD: f32 = 0.2;
 /// Time during which positions contradict the estimate but not each other, after which the filter
 /// counts as lost, in seconds.
 const LOST_AFTER_S: f32 = 0.5;
+/// Time during which positions contradict the estimate by the same displacement, after which they
+/// count as displaced, in seconds.
+const DISPLACED_AFTER_S: f32 = 0.3;
+/// Largest change of that displacement, in m: the inertial sensors alone drift by less in that time.
+const DISPLACED_SPREAD_M: f32 = 0.08;
 /// Least number of such positions.
 const LOST_AFTER_REJECTIONS: u32 = 5;
 /// Largest change of the innovation between two positions that agree with each other, in m.
@@ -37,6 +42,10 @@ pub struct EkfHealth {
     /// True when positions or poses contradicted the estimate for 0.5 s while they agreed with each
     /// other. The caller decides: land, or start again with [`adopt_pose`](super::Ekf::adopt_pose).
     pub is_lost: bool,
+    /// True when positions or poses contradicted the estimate for 0.3 s by the same displacement, so
+    /// that they agree with each other and with the inertial sensors. The caller decides as for
+    /// [`is_lost`](Self::is_lost).
+    pub is_displaced: bool,
     /// Number of measurements that the gates rejected since the filter was created.
     pub rejections: u32,
     /// Number of resets since the filter was created because the estimate diverged.
@@ -59,6 +68,9 @@ pub(super) struct HealthMonitor {
     dispute_s: f32,
     dispute_rejections: u32,
     dispute_innovation_m: Vec3,
+    /// Displacement at the start of the last time in which it stayed the same, and that time.
+    displacement_m: Vec3,
+    displaced_s: f32,
     rejections: u32,
     divergences: u32,
 }
@@ -72,6 +84,8 @@ impl HealthMonitor {
             dispute_s: 0.0,
             dispute_rejections: 0,
             dispute_innovation_m: Vec3::ZERO,
+            displacement_m: Vec3::ZERO,
+            displaced_s: 0.0,
             rejections: 0,
             divergences: 0,
         }
@@ -91,6 +105,7 @@ impl HealthMonitor {
         self.since_horizontal_s += seconds;
         self.since_vertical_s += seconds;
         self.dispute_s += seconds;
+        self.displaced_s += seconds;
     }
 
     /// Notes an accepted position or pose.
@@ -123,6 +138,11 @@ impl HealthMonitor {
             self.dispute_rejections = 0;
             self.dispute_s = 0.0;
         }
+        let spread = innovation_m.distance_squared(self.displacement_m);
+        if self.dispute_rejections == 0 || spread > DISPLACED_SPREAD_M * DISPLACED_SPREAD_M {
+            self.displacement_m = innovation_m;
+            self.displaced_s = 0.0;
+        }
         self.dispute_rejections = self.dispute_rejections.saturating_add(1);
         self.dispute_innovation_m = innovation_m;
     }
@@ -149,6 +169,8 @@ impl HealthMonitor {
             is_attitude_valid: is_below(tilt, TILT_SIGMA_MAX_RAD),
             is_lost: self.dispute_rejections >= LOST_AFTER_REJECTIONS
                 && self.dispute_s >= LOST_AFTER_S,
+            is_displaced: self.dispute_rejections >= LOST_AFTER_REJECTIONS
+                && self.displaced_s >= DISPLACED_AFTER_S,
             rejections: self.rejections,
             divergences: self.divergences,
         }

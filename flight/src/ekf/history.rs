@@ -4,9 +4,10 @@ use glam::{Quat, Vec3};
 
 use super::renormalized;
 
-/// Least time between two entries in seconds.
-const INTERVAL_S: f32 = 0.002;
-/// Number of entries: 40 ms at one entry each 2 ms.
+/// Least time between two entries in seconds. A rotation that accelerates by 100 rad/s² deviates by
+/// 0.3 mrad from the line between two of them.
+const INTERVAL_S: f32 = 0.005;
+/// Number of entries: 100 ms.
 const ENTRIES: usize = 21;
 
 /// Position and attitude at one moment.
@@ -25,7 +26,7 @@ struct PastEntry {
     seconds: f32,
 }
 
-/// A ring of the last 40 ms.
+/// A ring of the last 100 ms.
 ///
 /// A correction of the present also holds for the past, or else a late measurement would count the
 /// same error twice. So corrections add up in `correction`, and entries are stored without it.
@@ -89,7 +90,8 @@ impl PastPlacements {
         if age_s <= 0.0 {
             return Some(present);
         }
-        let mut younger = present;
+        // Entries between the present and the one that is `older_age_s` old.
+        let mut younger = None;
         let mut younger_age_s = 0.0;
         let mut older_age_s = self.since_newest_s;
         for steps in 0..self.count {
@@ -98,20 +100,30 @@ impl PastPlacements {
             if steps > 0 {
                 older_age_s += entry.seconds;
             }
-            let older = self.corrected(&entry.placement);
             // Ages are sums of rounded intervals, so the comparison leaves one microsecond.
             if age_s <= older_age_s + 1e-6 {
                 let span = older_age_s - younger_age_s;
+                let older = self.corrected(&entry.placement);
+                let younger = younger.map_or(present, |entry| self.corrected(entry));
                 let share = if span > 0.0 { (age_s - younger_age_s) / span } else { 0.0 };
                 return Some(Placement {
                     position_m: younger.position_m.lerp(older.position_m, share),
                     attitude: younger.attitude.lerp(older.attitude, share),
                 });
             }
-            younger = older;
+            younger = Some(&entry.placement);
             younger_age_s = older_age_s;
         }
         None
+    }
+
+    /// Returns the age in seconds up to which the ring reaches.
+    pub fn reach_s(&self) -> f32 {
+        let past = (0..self.count).map(|steps| {
+            let index = (self.newest + ENTRIES - steps) % ENTRIES;
+            self.entries.get(index).map_or(0.0, |entry| entry.seconds)
+        });
+        self.since_newest_s + past.skip(1).sum::<f32>()
     }
 
     fn corrected(&self, placement: &Placement) -> Placement {

@@ -40,7 +40,7 @@ pub struct FlowMeasurement {
     pub counts_y: f32,
     /// Standard deviation of each axis without quantization, in counts; above 0.
     pub sigma_counts: f32,
-    /// Time over which the sensor counted, in seconds; above 0 and at most 0.04.
+    /// Time over which the sensor counted, in seconds; above 0 and at most 0.1.
     pub seconds: f32,
 }
 

@@ -21,7 +21,7 @@
 //! whole measurement.
 //!
 //! # Late measurements
-//! A position or pose that is up to 40 ms old is compared with the estimate at its own time. The
+//! A position or pose that is up to 100 ms old is compared with the estimate at its own time. The
 //! difference corrects the present: this neglects the growth of the error in between, which is
 //! age · (error of the velocity), or 0.2 mm for 10 ms and 2 cm/s.
 //!
@@ -35,11 +35,14 @@ mod covariance;
 mod health;
 mod history;
 mod measurement;
+mod outer;
+mod pose_age;
 mod states;
+mod terrain;
 mod transition;
 mod update;
 
-use glam::{Mat3, Quat, Vec3};
+use glam::{Mat3, Quat, Vec2, Vec3, Vec3Swizzles};
 
 pub use config::{EkfConfig, EkfNoise, EkfSigma, Linearization};
 pub use health::EkfHealth;
@@ -51,7 +54,10 @@ use crate::{FlightState, GRAVITY_M_S2, ImuSample};
 use covariance::StateCovariance;
 use health::{HealthMonitor, HealthVariances};
 use history::{PastPlacements, Placement};
+use outer::OuterForce;
+use pose_age::PoseAge;
 use states::{ATTITUDE, POSITION, VELOCITY};
+use terrain::Terrain;
 use transition::{Motion, Transition};
 
 /// Time after which the covariance follows the estimate, in seconds. The margin lets ten samples of
@@ -88,9 +94,15 @@ pub struct Ekf {
     /// Rate of the last sample without the bias.
     rate_rad_s: Vec3,
     covariance: StateCovariance,
+    outer: OuterForce,
     /// Motion that the covariance has not followed yet.
     pending: Motion,
     past: PastPlacements,
+    pose_age: PoseAge,
+    terrain: Terrain,
+    /// Difference between the last flow or range and the estimate before it counted.
+    flow_deviation_counts: Vec2,
+    range_deviation_m: f32,
     monitor: HealthMonitor,
 }
 
@@ -142,6 +154,7 @@ impl Ekf {
             accel_bias_m_s2: 0.0,
             rate_rad_s: Vec3::ZERO,
             covariance: StateCovariance::diagonal(&config.initial_sigma),
+            outer: OuterForce::default(),
             pending: Motion {
                 rotation: Mat3::IDENTITY,
                 velocity_m_s: Vec3::ZERO,
@@ -151,6 +164,10 @@ impl Ekf {
                 seconds: 0.0,
             },
             past: PastPlacements::new(placement),
+            pose_age: PoseAge::default(),
+            terrain: Terrain::default(),
+            flow_deviation_counts: Vec2::ZERO,
+            range_deviation_m: 0.0,
             monitor: HealthMonitor::new(),
         };
         filter.reset(at);
@@ -173,7 +190,10 @@ impl Ekf {
         self.rate_rad_s = Vec3::ZERO;
         self.covariance = StateCovariance::diagonal(&self.config.initial_sigma);
         self.covariance.limit(self.config.variance_floor);
+        self.outer = OuterForce::default();
         self.past = PastPlacements::new(self.placement());
+        self.pose_age = PoseAge::default();
+        self.terrain = Terrain::default();
         self.monitor.restart();
         self.begin_motion();
     }
@@ -205,9 +225,11 @@ impl Ekf {
         }
         let mut drag_per_s = Vec3::ZERO;
         if self.is_flying {
-            accel_m_s2.x = 0.0;
-            accel_m_s2.y = 0.0;
             drag_per_s = self.config.drag_per_s;
+            let measured = if checked.is_ok() { accel_m_s2.xy() } else { Vec2::ZERO };
+            let unexplained = measured + (drag_per_s * self.velocity_m_s).xy();
+            let outer = self.outer.update(unexplained, self.config.least_outer_m_s2, seconds);
+            accel_m_s2 = outer.extend(accel_m_s2.z);
         }
         let turn_rad = self.rate_rad_s * seconds;
         let impulse_m_s = accel_m_s2 * seconds;
@@ -250,6 +272,9 @@ impl Ekf {
         self.covariance.add_noise(&noise, before_s);
         self.covariance.propagate(&Transition::new(&motion, self.config.linearization));
         self.covariance.add_noise(&noise, motion.seconds - before_s);
+        let outer_variance = self.outer.noise() * motion.seconds;
+        self.covariance.add_variance(VELOCITY, outer_variance);
+        self.covariance.add_variance(VELOCITY + 1, outer_variance);
         self.covariance.add_gyro_noise(noise.gyro, self.velocity_m_s, motion.seconds);
         self.covariance.limit(self.config.variance_floor);
         self.begin_motion();
@@ -301,7 +326,12 @@ impl Ekf {
 
     /// Returns the height in m above the floor that the sensors below the robot see.
     pub fn height_above_floor_m(&self) -> f32 {
-        self.position_m.z
+        self.position_m.z - self.terrain.height_m()
+    }
+
+    /// Returns the height in m of the floor below the robot in the world, 0 at the start.
+    pub fn floor_m(&self) -> f32 {
+        self.terrain.height_m()
     }
 
     /// Returns the velocity in the body frame, in m/s.

@@ -1,6 +1,6 @@
 //! The updates of the Kalman filter by each kind of measurement.
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 
 use super::covariance::{SparseRow, dot, entry};
 use super::health::HealthMonitor;
@@ -16,6 +16,21 @@ use super::{Ekf, renormalized, rotation};
 const GATE_1: f32 = 15.14;
 /// The 0.9999 quantile of χ² with three degrees of freedom.
 const GATE_3: f32 = 21.11;
+/// Largest error in m of a position that any gate lets pass, and the time in seconds by which speed
+/// widens it: a gust or a touch moves the robot by 20 mm before the filter knows, and poses may be
+/// 60 ms older than told.
+const POSITION_FLOOR_M: f32 = 0.02;
+const POSITION_FLOOR_S: f32 = 0.06;
+/// The same of an attitude: markers may be off by 3 degrees.
+const ATTITUDE_FLOOR_RAD: f32 = 0.06;
+const ATTITUDE_FLOOR_S: f32 = 0.06;
+/// The same of flow: the error of the velocity in m/s, and a whole count for the rounding.
+const FLOW_FLOOR_M_S: f32 = 0.3;
+const FLOW_FLOOR_COUNTS: f32 = 1.0;
+/// Standard deviation of a delay that the filter was not told, as a share of the delay: it changes.
+const DELAY_SIGMA_SHARE: f32 = 0.5;
+/// Half of the time in seconds over which the rate of a past moment is taken.
+const PAST_RATE_S: f32 = 0.005;
 /// Counts of the flow sensor per radian: ten counts per pixel, 35 pixels in 0.716 74 rad.
 const COUNTS_PER_RAD: f32 = 10.0 * 35.0 / 0.71674;
 /// Variance of the rounding to whole counts.
@@ -40,12 +55,33 @@ impl EstimatedError {
     }
 }
 
-/// Returns the outcome of a gate, from the squared distance and its limit.
-fn judge(distance: Option<f32>, limit: f32) -> EkfOutcome {
-    match distance {
-        None => EkfOutcome::Refused(EkfRefusal::NotFinite),
-        Some(distance) if distance <= limit => EkfOutcome::Accepted,
-        Some(distance) => EkfOutcome::Rejected { distance_ratio: distance / limit },
+/// A gate of one measurement.
+#[derive(Clone, Copy)]
+struct Gate {
+    /// Largest squared distance.
+    limit: f32,
+    /// Magnitude of an innovation that passes whatever its distance is, in the innovation's unit.
+    floor: f32,
+}
+
+impl Gate {
+    /// Returns the variance with which a measurement counts, or the reason why it does not count.
+    ///
+    /// An innovation beyond the limit and below the floor counts with the noise that would just let
+    /// it pass: such an effect persists, and each measurement of it moves the estimate a little.
+    ///
+    /// # Parameters
+    /// `distance`: squared distance of the innovation. `square`: its squared magnitude. `variance`:
+    /// variance of the measurement.
+    fn judge(&self, distance: Option<f32>, square: f32, variance: f32) -> Result<f32, EkfOutcome> {
+        let distance = distance.ok_or(EkfOutcome::Refused(EkfRefusal::NotFinite))?;
+        if distance <= self.limit {
+            Ok(variance)
+        } else if square <= self.floor * self.floor {
+            Ok(variance + square / self.limit)
+        } else {
+            Err(EkfOutcome::Rejected { distance_ratio: distance / self.limit })
+        }
     }
 }
 
@@ -62,10 +98,9 @@ impl Ekf {
         self.predict_covariance();
         let innovation = measured.position_m - past.position_m;
         let variance = measured.sigma_m * measured.sigma_m;
-        let distance = self.covariance.distance_squared(POSITION, variance, innovation);
-        let outcome = judge(distance, GATE_3);
-        self.note_position(&outcome, innovation);
-        if outcome.is_accepted() {
+        let judged = self.judge_position(innovation, variance);
+        let outcome = self.note_position(&judged, innovation);
+        if let Ok(variance) = judged {
             let mut error = EstimatedError([0.0; STATES]);
             self.fuse_vector(&mut error, POSITION, innovation, variance);
             self.inject(&error);
@@ -73,19 +108,21 @@ impl Ekf {
         outcome
     }
 
+    fn judge_position(&self, innovation: Vec3, variance: f32) -> Result<f32, EkfOutcome> {
+        let floor = POSITION_FLOOR_M + POSITION_FLOOR_S * self.velocity_m_s.length();
+        let distance = self.covariance.distance_squared(POSITION, variance, innovation);
+        Gate { limit: GATE_3, floor }.judge(distance, innovation.length_squared(), variance)
+    }
+
     /// Corrects the estimate by a position and an attitude.
+    ///
+    /// A filter that [estimates the age](super::EkfConfig::estimates_pose_age) of poses takes the
+    /// told one as a first guess.
     pub fn update_pose(&mut self, measured: &PoseMeasurement) -> EkfOutcome {
-        let past = match self
-            .past_at(measured.age_s, measured.sigma_m)
-            .and_then(|past| check_sigma(measured.sigma_rad).map(|()| past))
-            .and_then(|past| check_attitude(measured.attitude).map(|()| past))
-        {
-            Ok(past) => past,
+        let (past, age_s) = match self.past_of_pose(measured) {
+            Ok(found) => found,
             Err(refusal) => return EkfOutcome::Refused(refusal),
         };
-        if !measured.position_m.is_finite() {
-            return EkfOutcome::Refused(EkfRefusal::NotFinite);
-        }
         self.predict_covariance();
         let innovation = measured.position_m - past.position_m;
         // The error turns with the robot, so it is taken in the world frame and brought to the
@@ -93,22 +130,59 @@ impl Ekf {
         let turn = measured.attitude.normalize() * past.attitude.conjugate();
         let turn = if turn.w < 0.0 { -turn } else { turn };
         let angle = self.attitude.conjugate() * (turn.xyz() * (2.0 / turn.w.max(0.01)));
-        let variance = measured.sigma_m * measured.sigma_m;
         let variance_rad2 = measured.sigma_rad * measured.sigma_rad;
-        let mut outcome =
-            judge(self.covariance.distance_squared(POSITION, variance, innovation), GATE_3);
-        if outcome.is_accepted() {
-            outcome =
-                judge(self.covariance.distance_squared(ATTITUDE, variance_rad2, angle), GATE_3);
+        if self.config.estimates_pose_age
+            && let Some(rate) = self.past_rate(age_s)
+        {
+            let known = self.covariance.variance(ATTITUDE);
+            let gain = known / (known + variance_rad2);
+            self.pose_age.note(angle, rate, age_s - measured.age_s, gain);
         }
-        self.note_position(&outcome, innovation);
-        if outcome.is_accepted() {
+        let way_m = self.velocity_m_s.length() * DELAY_SIGMA_SHARE * (age_s - measured.age_s);
+        let variance = measured.sigma_m * measured.sigma_m + way_m * way_m;
+        let judged = self.judge_position(innovation, variance).and_then(|variance| {
+            let floor = ATTITUDE_FLOOR_RAD + ATTITUDE_FLOOR_S * self.rate_rad_s.length();
+            let distance = self.covariance.distance_squared(ATTITUDE, variance_rad2, angle);
+            let gate = Gate { limit: GATE_3, floor };
+            let variance_rad2 = gate.judge(distance, angle.length_squared(), variance_rad2)?;
+            Ok((variance, variance_rad2))
+        });
+        let outcome = self.note_position(&judged, innovation);
+        if let Ok((variance, variance_rad2)) = judged {
             let mut error = EstimatedError([0.0; STATES]);
             self.fuse_vector(&mut error, POSITION, innovation, variance);
             self.fuse_vector(&mut error, ATTITUDE, angle, variance_rad2);
             self.inject(&error);
         }
         outcome
+    }
+
+    /// Returns the placement to which a pose belongs, and its likely age in seconds.
+    fn past_of_pose(&self, measured: &PoseMeasurement) -> Result<(Placement, f32), EkfRefusal> {
+        check_sigma(measured.sigma_m)?;
+        check_sigma(measured.sigma_rad)?;
+        check_age(measured.age_s)?;
+        check_attitude(measured.attitude)?;
+        if !measured.position_m.is_finite() {
+            return Err(EkfRefusal::NotFinite);
+        }
+        let age_s = if self.config.estimates_pose_age {
+            self.pose_age.estimate_s(measured.age_s, self.past.reach_s())
+        } else {
+            measured.age_s
+        };
+        let past = self.past.at(age_s, self.placement()).ok_or(EkfRefusal::TooOld)?;
+        Ok((past, age_s))
+    }
+
+    /// Returns the rate at a past moment, without the bias; `None` before the filter remembers.
+    fn past_rate(&self, age_s: f32) -> Option<Vec3> {
+        let younger_s = (age_s - PAST_RATE_S).max(0.0);
+        let older = self.past.at(younger_s + 2.0 * PAST_RATE_S, self.placement())?;
+        let younger = self.past.at(younger_s, self.placement())?;
+        let turn = older.attitude.conjugate() * younger.attitude;
+        let turn = if turn.w < 0.0 { -turn } else { turn };
+        Some(turn.xyz() * (1.0 / PAST_RATE_S))
     }
 
     /// Corrects the estimate by a height in the world frame, in m, with its standard deviation.
@@ -122,8 +196,11 @@ impl Ekf {
         self.update_scalar(&row, innovation, sigma_m * sigma_m, HealthMonitor::accept_height)
     }
 
-    /// Corrects the estimate by the distance to level ground at height 0 along the body's −z axis,
-    /// in m, above 0 and at most 5, with its standard deviation.
+    /// Corrects the estimate by the distance to the level floor along the body's −z axis, in m, above 0
+    /// and at most 5, with its standard deviation.
+    ///
+    /// The floor has the height 0 at first. A step of it that three ranges show moves the floor and
+    /// not the robot; see [`Ekf::floor_m`].
     ///
     /// The sensor reports the nearest point in a cone of ±7.5 degrees, so it sees the ground as if
     /// the robot tilted 7.5 degrees less.
@@ -132,7 +209,7 @@ impl Ekf {
     }
 
     /// Corrects the estimate by a distance to the ground as [`Self::update_range`] does, which was true
-    /// `age_s` seconds ago, 0 to 0.04.
+    /// `age_s` seconds ago, 0 to 0.1.
     pub fn update_late_range(&mut self, range_m: f32, sigma_m: f32, age_s: f32) -> EkfOutcome {
         let past = match self.past_at(age_s, sigma_m) {
             Ok(past) => past,
@@ -150,12 +227,27 @@ impl Ekf {
         }
         self.predict_covariance();
         let slant = 1.0 / cos_outside_cone(cos_tilt);
-        let innovation = range_m - past.position_m.z * slant;
+        let innovation = range_m - (past.position_m.z - self.terrain.height_m()) * slant;
+        self.range_deviation_m = innovation;
         let row = [(POSITION + 2, slant)];
-        self.update_scalar(&row, innovation, sigma_m * sigma_m, HealthMonitor::accept_height)
+        let variance = sigma_m * sigma_m;
+        let outcome = self.update_scalar(&row, innovation, variance, HealthMonitor::accept_height);
+        match outcome {
+            EkfOutcome::Accepted => self.terrain.agree(),
+            EkfOutcome::Rejected { .. } => {
+                if self.terrain.dispute(-innovation / slant) {
+                    // The mean of three ranges has an error of its own.
+                    self.covariance.add_variance(POSITION + 2, variance);
+                    self.monitor.accept_height();
+                    return EkfOutcome::Accepted;
+                }
+            }
+            EkfOutcome::Refused(_) => {}
+        }
+        outcome
     }
 
-    /// Corrects the estimate by flow over level ground at height 0.
+    /// Corrects the estimate by flow over the level floor below the robot.
     ///
     /// The expected counts are k·(v·R₃₃/z ∓ ω), with k = seconds · 488.3 and ω the mean rate over
     /// the sensor's time. The model neglects that R₃₃ depends on the attitude error.
@@ -179,42 +271,49 @@ impl Ekf {
         };
         self.predict_covariance();
         let scale = COUNTS_PER_RAD * measured.seconds;
-        let height = self.position_m.z.max(FLOW_HEIGHT_MIN_M);
+        let height_m = self.height_above_floor_m();
+        let height = height_m.max(FLOW_HEIGHT_MIN_M);
         let per_velocity = scale * cos_tilt / height;
         let velocity = self.velocity_m_s;
-        let slope =
-            if self.position_m.z > FLOW_HEIGHT_MIN_M { -per_velocity / height } else { 0.0 };
+        let slope = if height_m > FLOW_HEIGHT_MIN_M { -per_velocity / height } else { 0.0 };
         let row_x =
             [(POSITION + 2, slope * velocity.x), (VELOCITY, per_velocity), (GYRO_BIAS + 1, scale)];
         let row_y =
             [(POSITION + 2, slope * velocity.y), (VELOCITY + 1, per_velocity), (GYRO_BIAS, -scale)];
         let innovation_x = measured.counts_x - (per_velocity * velocity.x - scale * rate.y);
         let innovation_y = measured.counts_y - (per_velocity * velocity.y + scale * rate.x);
+        self.flow_deviation_counts = Vec2::new(innovation_x, innovation_y);
         let variance = measured.sigma_counts * measured.sigma_counts + QUANTIZATION_VARIANCE;
+        let gate = Gate { limit: GATE_1, floor: FLOW_FLOOR_COUNTS + FLOW_FLOOR_M_S * per_velocity };
         let projection_x = self.covariance.project(&row_x);
-        let mut outcome = judge(scalar_distance(&projection_x, innovation_x, variance), GATE_1);
-        if outcome.is_accepted() {
+        let distance_x = scalar_distance(&projection_x, innovation_x, variance);
+        let judged = gate.judge(distance_x, innovation_x * innovation_x, variance);
+        let judged = judged.and_then(|variance_x| {
             let projection_y = self.covariance.project(&row_y);
-            outcome = judge(scalar_distance(&projection_y, innovation_y, variance), GATE_1);
-        }
-        match outcome {
-            EkfOutcome::Accepted => {
+            let distance_y = scalar_distance(&projection_y, innovation_y, variance);
+            let variance_y = gate.judge(distance_y, innovation_y * innovation_y, variance)?;
+            Ok((variance_x, variance_y))
+        });
+        match judged {
+            Ok((variance_x, variance_y)) => {
                 self.monitor.accept_flow();
                 let mut error = EstimatedError([0.0; STATES]);
                 let horizontal = self.covariance.horizontal();
-                self.fuse_projected(&mut error, &row_x, &projection_x, innovation_x, variance);
-                self.fuse(&mut error, &row_y, innovation_y, variance);
+                self.fuse_projected(&mut error, &row_x, &projection_x, innovation_x, variance_x);
+                self.fuse(&mut error, &row_y, innovation_y, variance_y);
                 if !self.config.flow_moves_position {
                     error.0[POSITION] = 0.0;
                     error.0[POSITION + 1] = 0.0;
                     self.covariance.restore_horizontal(horizontal);
                 }
                 self.inject(&error);
+                EkfOutcome::Accepted
             }
-            EkfOutcome::Rejected { .. } => self.monitor.reject(),
-            EkfOutcome::Refused(_) => {}
+            Err(outcome) => {
+                self.note_rejection(&outcome);
+                outcome
+            }
         }
-        outcome
     }
 
     /// Corrects the estimate by a yaw in rad, with its standard deviation.
@@ -243,22 +342,35 @@ impl Ekf {
         self.update_scalar(&row, innovation, sigma_rad * sigma_rad, |_| {})
     }
 
-    /// Replaces position and attitude by a measurement, whatever the estimate was; velocity and
-    /// biases stay. This is for the caller that decided so, such as after
-    /// [`is_lost`](super::EkfHealth::is_lost).
+    /// Returns the jump in m and in rad from the estimate to a pose, or `None` if the pose cannot be
+    /// used.
+    pub fn jump_to_pose(&self, measured: &PoseMeasurement) -> Option<(f32, f32)> {
+        let (past, _) = self.past_of_pose(measured).ok()?;
+        let turn = measured.attitude.normalize() * past.attitude.conjugate();
+        let angle_rad = 2.0 * turn.xyz().length();
+        Some((measured.position_m.distance(past.position_m), angle_rad))
+    }
+
+    /// Moves position and attitude by the difference between a measurement and the estimate at its
+    /// time, whatever it is; velocity and biases stay. This is for the caller that decided so, such as
+    /// after [`is_lost`](super::EkfHealth::is_lost).
     ///
     /// # Errors
-    /// The reasons of [`EkfRefusal`], except that the age is ignored.
+    /// The reasons of [`EkfRefusal`], except that a pose that is too old counts as present.
     pub fn adopt_pose(&mut self, measured: &PoseMeasurement) -> Result<(), EkfRefusal> {
-        check_sigma(measured.sigma_rad)?;
-        check_attitude(measured.attitude)?;
+        let past = match self.past_of_pose(measured) {
+            Ok((past, _)) => past,
+            Err(EkfRefusal::TooOld) => self.placement(),
+            Err(refusal) => return Err(refusal),
+        };
         self.adopt_position(&PositionMeasurement {
-            position_m: measured.position_m,
+            position_m: measured.position_m - past.position_m + self.position_m,
             sigma_m: measured.sigma_m,
             age_s: 0.0,
         })?;
         let before = self.placement();
-        self.attitude = measured.attitude.normalize();
+        let turn = measured.attitude.normalize() * past.attitude.conjugate();
+        self.attitude = (turn * self.attitude).normalize();
         self.past.correct(before, self.placement());
         self.covariance.isolate(ATTITUDE, Vec3::splat(measured.sigma_rad));
         self.covariance.limit(self.config.variance_floor);
@@ -266,23 +378,38 @@ impl Ekf {
         Ok(())
     }
 
-    /// Replaces the position by a measurement, whatever the estimate was; the rest stays.
+    /// Moves the position by the difference between a measurement and the estimate at its time,
+    /// whatever it is; the rest stays.
     ///
     /// # Errors
-    /// The reasons of [`EkfRefusal`], except that the age is ignored.
+    /// The reasons of [`EkfRefusal`], except that a position that is too old counts as present.
     pub fn adopt_position(&mut self, measured: &PositionMeasurement) -> Result<(), EkfRefusal> {
-        check_sigma(measured.sigma_m)?;
+        let past = match self.past_at(measured.age_s, measured.sigma_m) {
+            Ok(past) => past,
+            Err(EkfRefusal::TooOld) => self.placement(),
+            Err(refusal) => return Err(refusal),
+        };
         if !measured.position_m.is_finite() {
             return Err(EkfRefusal::NotFinite);
         }
         self.predict_covariance();
         let before = self.placement();
-        self.position_m = measured.position_m;
+        self.position_m += measured.position_m - past.position_m;
         self.past.correct(before, self.placement());
         self.covariance.isolate(POSITION, Vec3::splat(measured.sigma_m));
         self.covariance.limit(self.config.variance_floor);
         self.monitor.accept_position();
         Ok(())
+    }
+
+    /// Returns the difference in counts between the last flow and the estimate before it counted.
+    pub fn flow_deviation_counts(&self) -> Vec2 {
+        self.flow_deviation_counts
+    }
+
+    /// Returns the difference in m between the last range and the estimate before it counted.
+    pub fn range_deviation_m(&self) -> f32 {
+        self.range_deviation_m
     }
 
     /// Returns the third row of the rotation matrix: world z in the body frame.
@@ -306,11 +433,28 @@ impl Ekf {
         Some(half * (2.0 * (1.0 + half.length_squared() / 6.0) / seconds))
     }
 
-    fn note_position(&mut self, outcome: &EkfOutcome, innovation_m: Vec3) {
-        match outcome {
-            EkfOutcome::Accepted => self.monitor.accept_position(),
-            EkfOutcome::Rejected { .. } => self.monitor.reject_position(innovation_m),
-            EkfOutcome::Refused(_) => {}
+    fn note_position<T>(
+        &mut self,
+        judged: &Result<T, EkfOutcome>,
+        innovation_m: Vec3,
+    ) -> EkfOutcome {
+        match judged {
+            Ok(_) => {
+                self.monitor.accept_position();
+                EkfOutcome::Accepted
+            }
+            Err(outcome) => {
+                if matches!(outcome, EkfOutcome::Rejected { .. }) {
+                    self.monitor.reject_position(innovation_m);
+                }
+                *outcome
+            }
+        }
+    }
+
+    fn note_rejection(&mut self, outcome: &EkfOutcome) {
+        if matches!(outcome, EkfOutcome::Rejected { .. }) {
+            self.monitor.reject();
         }
     }
 
@@ -322,18 +466,21 @@ impl Ekf {
         note: fn(&mut HealthMonitor),
     ) -> EkfOutcome {
         let projection = self.covariance.project(row);
-        let outcome = judge(scalar_distance(&projection, innovation, variance), GATE_1);
-        match outcome {
-            EkfOutcome::Accepted => {
+        let distance = scalar_distance(&projection, innovation, variance);
+        let gate = Gate { limit: GATE_1, floor: 0.0 };
+        match gate.judge(distance, innovation * innovation, variance) {
+            Ok(variance) => {
                 note(&mut self.monitor);
                 let mut error = EstimatedError([0.0; STATES]);
                 self.fuse_projected(&mut error, row, &projection, innovation, variance);
                 self.inject(&error);
+                EkfOutcome::Accepted
             }
-            EkfOutcome::Rejected { .. } => self.monitor.reject(),
-            EkfOutcome::Refused(_) => {}
+            Err(outcome) => {
+                self.note_rejection(&outcome);
+                outcome
+            }
         }
-        outcome
     }
 
     /// Processes three measured states from `first` on.

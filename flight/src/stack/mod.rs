@@ -24,6 +24,7 @@
 
 mod command;
 mod guidance;
+mod peers;
 mod settings;
 #[cfg(test)]
 mod tests;
@@ -34,10 +35,13 @@ pub use command::{AttitudeCommand, FlightRefusal, TRAJECTORY_PIECES};
 pub use settings::StackSettings;
 
 use command::Guidance;
+use peers::HeardPeers;
 
 use crate::blind::BlindDescent;
 use crate::calibration::{ImuCalibrator, ImuMonitor};
-use crate::ekf::{Ekf, EkfHealth, FlowMeasurement, PoseMeasurement};
+use crate::ekf::{
+    Ekf, EkfHealth, EkfOutcome, FlowMeasurement, PoseMeasurement, PositionMeasurement,
+};
 use crate::filter::Butterworth;
 use crate::geometric::GeometricController;
 use crate::mixer::Mixer;
@@ -79,6 +83,10 @@ const STANDSTILL_M_S2: f32 = 0.5;
 /// Standard deviation in m of the distance to the ground at less than 2 m (crazyflie-firmware
 /// 2a18fc29, `zranger2.c`).
 const RANGE_SIGMA_M: f32 = 0.0025;
+/// Largest displacement in m, and turn in rad, of poses that a robot in flight adopts. A larger one is
+/// rather another robot, or a set of markers that the cameras take for another one.
+const ADOPTED_JUMP_M: f32 = 0.3;
+const ADOPTED_TURN_RAD: f32 = 0.2;
 /// Age in seconds of a distance to the ground: the sensor measures for 25 ms before it reports.
 const RANGE_AGE_S: f32 = 0.025;
 
@@ -121,6 +129,7 @@ pub struct FlightStack {
     pose_trust: MeasurementTrust<(Vec3, Quat)>,
     flow_trust: MeasurementTrust<(f32, f32)>,
     range_trust: MeasurementTrust<f32>,
+    peers: HeardPeers,
     forces: MotorForces,
     last_sample: ImuSample,
     /// Height of the center of mass on the ground in m.
@@ -160,6 +169,7 @@ impl FlightStack {
             pose_trust: MeasurementTrust::new(TrustLimits::POSE),
             flow_trust: MeasurementTrust::new(TrustLimits::FLOW),
             range_trust: MeasurementTrust::new(TrustLimits::RANGE),
+            peers: HeardPeers::default(),
             forces: MotorForces::default(),
             last_sample: ImuSample::default(),
             ground_m: at.position_m.z,
@@ -175,41 +185,89 @@ impl FlightStack {
         self.ground_m = at.position_m.z;
     }
 
-    /// Takes a pose from outside. A robot on the ground accepts any place.
+    /// Takes the place of another robot, so that poses of that one are not adopted in flight.
+    pub fn hear_peer(&mut self, position_m: Vec3) {
+        let now_ms = self.now_ms();
+        self.peers.hear(position_m, now_ms);
+    }
+
+    /// Takes a pose from outside. A robot on the ground accepts any place. In flight, poses that are
+    /// displaced by at most 0.3 m and 0.2 rad are adopted after 0.3 s; others end the flight.
     pub fn receive_pose(&mut self, pose: &PoseMeasurement) {
         self.pose_ms = Some(self.now_ms());
-        if self.is_flying() {
-            if self.pose_trust.admits((pose.position_m, pose.attitude)) {
-                self.pose_trust.note(&self.filter.update_pose(pose));
-            }
+        if self.is_flying() && self.pose_trust.is_lost() {
             return;
         }
         let outcome = self.filter.update_pose(pose);
-        if !outcome.is_accepted() && self.filter.health().is_lost {
-            // A pose that is refused leaves the filter as it is.
+        if self.is_flying() {
+            let is_place = self.filter.jump_to_pose(pose).is_some_and(|(jump_m, turn_rad)| {
+                self.is_near_jump(jump_m, pose.position_m) && turn_rad <= ADOPTED_TURN_RAD
+            });
+            self.pose_trust.note((pose.position_m, pose.attitude), 0.0, &outcome);
+            if matches!(outcome, EkfOutcome::Rejected { .. })
+                && self.filter.health().is_displaced
+                && is_place
+            {
+                // A pose that is refused leaves the filter as it is.
+                let _ = self.filter.adopt_pose(pose);
+            }
+        } else if !outcome.is_accepted() && self.filter.health().is_lost {
             let _ = self.filter.adopt_pose(pose);
             self.ground_m = self.filter.state().position_m.z;
         }
     }
 
-    /// Takes counts of the flow sensor.
-    pub fn receive_flow(&mut self, flow: &FlowMeasurement) {
-        if !self.is_flying() {
-            // The outcome is part of the filter's health.
-            let _ = self.filter.update_flow(flow);
-        } else if self.flow_trust.admits((flow.counts_x, flow.counts_y)) {
-            self.flow_trust.note(&self.filter.update_flow(flow));
+    /// Takes a position without attitude from outside, as [`Self::receive_pose`] takes a pose.
+    pub fn receive_position(&mut self, position: &PositionMeasurement) {
+        self.pose_ms = Some(self.now_ms());
+        if self.is_flying() && self.pose_trust.is_lost() {
+            return;
+        }
+        let outcome = self.filter.update_position(position);
+        if self.is_flying() {
+            let jump_m = position.position_m.distance(self.filter.state().position_m);
+            self.pose_trust.note((position.position_m, Quat::IDENTITY), 0.0, &outcome);
+            if matches!(outcome, EkfOutcome::Rejected { .. })
+                && self.filter.health().is_displaced
+                && self.is_near_jump(jump_m, position.position_m)
+            {
+                let _ = self.filter.adopt_position(position);
+            }
+        } else if !outcome.is_accepted() && self.filter.health().is_lost {
+            let _ = self.filter.adopt_position(position);
+            self.ground_m = self.filter.state().position_m.z;
         }
     }
 
-    /// Takes a distance to the ground in m.
-    pub fn receive_range(&mut self, range_m: f32) {
-        if self.is_flying() && !self.range_trust.admits(range_m) {
+    /// Returns true if a displaced place may be that of this robot.
+    fn is_near_jump(&self, jump_m: f32, position_m: Vec3) -> bool {
+        jump_m <= ADOPTED_JUMP_M && !self.peers.has_near(position_m, self.now_ms())
+    }
+
+    /// Takes counts of the flow sensor.
+    pub fn receive_flow(&mut self, flow: &FlowMeasurement) {
+        if self.is_flying() && self.flow_trust.is_lost() {
             return;
         }
-        let outcome = self.filter.update_late_range(range_m, RANGE_SIGMA_M, RANGE_AGE_S);
+        // On the ground the outcome is part of the filter's health.
+        let outcome = self.filter.update_flow(flow);
         if self.is_flying() {
-            self.range_trust.note(&outcome);
+            let deviation = self.filter.flow_deviation_counts().abs().max_element();
+            self.flow_trust.note((flow.counts_x, flow.counts_y), deviation, &outcome);
+        }
+    }
+
+    /// Takes a distance to the floor in m.
+    pub fn receive_range(&mut self, range_m: f32) {
+        if self.is_flying() && self.range_trust.is_lost() {
+            return;
+        }
+        let floor_m = self.filter.floor_m();
+        let outcome = self.filter.update_late_range(range_m, RANGE_SIGMA_M, RANGE_AGE_S);
+        // A robot lands on the floor below it.
+        self.ground_m += self.filter.floor_m() - floor_m;
+        if self.is_flying() {
+            self.range_trust.note(range_m, self.filter.range_deviation_m().abs(), &outcome);
         }
     }
 
@@ -223,6 +281,12 @@ impl FlightStack {
     #[must_use]
     pub fn height_above_floor_m(&self) -> f32 {
         self.filter.height_above_floor_m()
+    }
+
+    /// Returns the height in m of the floor below the robot in the world, 0 at the start.
+    #[must_use]
+    pub fn floor_m(&self) -> f32 {
+        self.filter.floor_m()
     }
 
     /// Returns the covariance of the estimate's error; see [`Ekf::covariance`].

@@ -24,6 +24,8 @@ const TOLD_COUNTS: f64 = 2.0;
 const TOLD_AGE_S: f64 = 0.01;
 /// Slow and quick change of the latency, as a share of its mean, and their periods in ms.
 const LATENCY_SWAYS: [(f64, f64); 2] = [(0.3, 7000.0), (0.1, 230.0)];
+/// Time in ms from which the sensors' new frame counts for the consistency of the estimate.
+const SETTLED_MS: u64 = 1000;
 /// Duration of a touch in ms.
 const BUMP_MS: u64 = 10;
 
@@ -70,6 +72,16 @@ fn frame(scenario: &Scenario) -> (DQuat, DVec3) {
     }
 }
 
+/// Returns the turn of the markers on the robot that the scenario makes.
+fn marker_turn(scenario: &Scenario) -> DQuat {
+    match scenario.kind {
+        DisturbanceKind::MarkerTurn => {
+            DQuat::from_axis_angle(scenario.along(1.0), scenario.strength)
+        }
+        _ => DQuat::IDENTITY,
+    }
+}
+
 /// Lets the disturbance act in this millisecond of the flight.
 fn disturb(rig: &mut Rig, scenario: &Scenario, ms: u64) {
     let mass_kg = rig.drone.airframe().mass_kg;
@@ -92,9 +104,8 @@ fn disturb(rig: &mut Rig, scenario: &Scenario, ms: u64) {
             }
         }
         DisturbanceKind::MarkerTurn => {
-            let turn = DQuat::from_axis_angle(scenario.along(1.0), scenario.strength);
             if let Some(capture) = rig.capture() {
-                capture.set_marker_turn(turn);
+                capture.set_marker_turn(marker_turn(scenario));
             }
         }
         DisturbanceKind::Latency => {
@@ -164,8 +175,15 @@ pub fn fly(scenario: &Scenario) -> Observations {
             let true_m = truth.position_m.z - rig.surroundings.ground_m;
             found.height_error_m = found.height_error_m.max((estimated_m - true_m).abs());
         }
-        if ms % 250 == 0 {
-            nees += nees_of(&rig, turn, jump_m)[0];
+        let changed_ms = if is_step { ms % LEG_MS } else { ms };
+        if ms % 250 == 0 && changed_ms >= SETTLED_MS {
+            let floor_m = f64::from(rig.stack.floor_m()) - rig.surroundings.ground_m;
+            let offset_m = match scenario.source {
+                PositionSource::MotionCapture => jump_m,
+                // A deck gives heights above the floor.
+                PositionSource::FlowDeck => DVec3::Z * floor_m,
+            };
+            nees += nees_of(&rig, turn, marker_turn(scenario), offset_m)[0];
             samples += 1.0;
         }
     }

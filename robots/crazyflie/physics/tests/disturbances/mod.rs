@@ -2,6 +2,7 @@
 //! wind, a touch, a mat on the floor, cameras that were calibrated again, a slow radio, a better flow
 //! sensor. Each costs accuracy and none ends the flight.
 
+mod adoption;
 mod disturbance;
 mod flight;
 mod report;
@@ -10,7 +11,6 @@ use report::Report;
 
 /// The limits of the flight controller were chosen with numbers from 10,000 on.
 #[test]
-#[ignore = "93 flights are lost: the gates take what lasts for a broken sensor"]
 fn two_hundred_flights_under_disturbances() {
     Report::of(0..200).check();
 }

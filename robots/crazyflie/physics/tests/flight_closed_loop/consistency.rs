@@ -34,18 +34,19 @@ fn normalized_square<const N: usize>(
 
 /// Returns the NEES of all nine states, of position, of velocity and of attitude.
 fn nees(rig: &Rig) -> [f64; 4] {
-    nees_of(rig, DQuat::IDENTITY, DVec3::ZERO)
+    nees_of(rig, DQuat::IDENTITY, DQuat::IDENTITY, DVec3::ZERO)
 }
 
-/// Returns the same against the frame of sensors that is turned and then displaced.
-pub fn nees_of(rig: &Rig, frame_turn: DQuat, offset_m: DVec3) -> [f64; 4] {
+/// Returns the same against the frame of sensors: the world's is turned and then displaced, the
+/// body's is turned.
+pub fn nees_of(rig: &Rig, frame_turn: DQuat, body_turn: DQuat, offset_m: DVec3) -> [f64; 4] {
     let (truth, estimate) = (rig.drone.state(), rig.stack.state());
     let attitude = estimate.attitude.as_dquat();
+    let true_attitude = frame_turn * truth.attitude * body_turn;
     let position = frame_turn * truth.position_m + offset_m - estimate.position_m.as_dvec3();
-    let velocity =
-        truth.body_velocity_m_s() - attitude.conjugate() * estimate.velocity_m_s.as_dvec3();
-    let turn: DVec3 =
-        (attitude.conjugate() * frame_turn * truth.attitude).normalize().to_scaled_axis();
+    let velocity = body_turn.conjugate() * truth.body_velocity_m_s()
+        - attitude.conjugate() * estimate.velocity_m_s.as_dvec3();
+    let turn: DVec3 = (attitude.conjugate() * true_attitude).normalize().to_scaled_axis();
     let mut error = [0.0; 9];
     for (part, value) in [position, velocity, turn].into_iter().enumerate() {
         error[3 * part..3 * part + 3].copy_from_slice(&value.to_array());

@@ -7,7 +7,7 @@ use bittybuzz_crazyflie_physics::sensors::{
 use bittybuzz_crazyflie_physics::{
     Airframe, DVec3, Drone, DroneState, DroneSurroundings, STEP_S, Wind,
 };
-use bittybuzz_flight::ekf::{FlowMeasurement, PoseMeasurement};
+use bittybuzz_flight::ekf::{FlowMeasurement, PoseMeasurement, PositionMeasurement};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::supervisor::SupervisorStage;
 use bittybuzz_flight::{FlightState, ImuSample, MotorDuties};
@@ -41,6 +41,8 @@ pub struct Rig {
     pub wind: Option<Wind>,
     /// The age in seconds that the flight controller is told of each pose in place of the true one.
     pub told_age_s: Option<f64>,
+    /// The motion capture sends positions without attitudes.
+    pub sends_positions: bool,
     /// Measurements in the last millisecond.
     pub readings: DeckReadings,
     imu: Imu,
@@ -120,6 +122,7 @@ impl Rig {
             surroundings: DroneSurroundings::default(),
             wind: None,
             told_age_s: None,
+            sends_positions: false,
             readings: DeckReadings::default(),
             positioning,
             drone,
@@ -152,13 +155,23 @@ impl Rig {
             Positioning::Capture(capture) => {
                 let Some(pose) = capture.sample(state) else { return };
                 let age_s = (state.steps - pose.steps) as f64 * STEP_S;
-                self.stack.receive_pose(&PoseMeasurement {
+                let pose = PoseMeasurement {
                     position_m: pose.position_m.as_vec3(),
                     attitude: pose.attitude.as_quat(),
                     sigma_m: CAPTURE.position_sigma_m as f32,
                     sigma_rad: CAPTURE.attitude_sigma_rad as f32,
                     age_s: self.told_age_s.unwrap_or(age_s) as f32,
-                });
+                };
+                if self.sends_positions {
+                    let PoseMeasurement { position_m, sigma_m, age_s, .. } = pose;
+                    self.stack.receive_position(&PositionMeasurement {
+                        position_m,
+                        sigma_m,
+                        age_s,
+                    });
+                } else {
+                    self.stack.receive_pose(&pose);
+                }
             }
             Positioning::Deck { flow, height, sigma_counts } => {
                 let ground_m = self.surroundings.ground_m;
