@@ -422,7 +422,7 @@ fn a_step_of_the_floor_moves_the_floor() {
         filter.update_range(range_m, 0.0025).is_accepted()
     };
     (0..10).for_each(|_| assert!(range(&mut filter, 1.0)));
-    assert!(!range(&mut filter, 0.7) && !range(&mut filter, 0.702) && range(&mut filter, 0.698));
+    assert!([0.7, 0.702, 0.698].into_iter().all(|range_m| !range(&mut filter, range_m)));
     assert!((filter.floor_m() - 0.3).abs() < 0.003, "{}", filter.floor_m());
     assert!((0..10).all(|_| range(&mut filter, 0.7)));
     assert!((filter.state().position_m.z - 1.0).abs() < 0.003, "{:?}", filter.state());
@@ -443,7 +443,7 @@ fn displaced_positions_are_a_fact_after_a_while() {
         })
     };
     let after = displaced_after(|_| 0.1);
-    assert!(matches!(after, Some(30 | 31)), "{after:?} poses of 10 ms");
+    assert!(matches!(after, Some(33 | 34)), "{after:?} of 10 ms: 3 agree, and then 0.3 s");
     assert_eq!(displaced_after(|number| 0.1 + 0.1 * (number % 2) as f32), None);
     assert_eq!(displaced_after(|_| 0.015), None, "a small displacement is accepted");
 }

@@ -130,8 +130,9 @@ impl HealthMonitor {
         self.rejections = self.rejections.saturating_add(1);
     }
 
-    /// Notes a rejected position or pose, with the innovation of the position.
-    pub fn reject_position(&mut self, innovation_m: Vec3) {
+    /// Notes a rejected position or pose, with the innovation of the position. `persists`: it agrees
+    /// with the last one to the noise of the sensor.
+    pub fn reject_position(&mut self, innovation_m: Vec3, persists: bool) {
         self.reject();
         let change = innovation_m.distance_squared(self.dispute_innovation_m);
         if self.dispute_rejections == 0 || change > AGREEMENT_M * AGREEMENT_M {
@@ -139,7 +140,8 @@ impl HealthMonitor {
             self.dispute_s = 0.0;
         }
         let spread = innovation_m.distance_squared(self.displacement_m);
-        if self.dispute_rejections == 0 || spread > DISPLACED_SPREAD_M * DISPLACED_SPREAD_M {
+        let is_new = self.dispute_rejections == 0 || !persists;
+        if is_new || spread > DISPLACED_SPREAD_M * DISPLACED_SPREAD_M {
             self.displacement_m = innovation_m;
             self.displaced_s = 0.0;
         }

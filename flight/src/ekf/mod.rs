@@ -32,10 +32,12 @@
 
 mod config;
 mod covariance;
+mod gate;
 mod health;
 mod history;
 mod measurement;
 mod outer;
+mod pose;
 mod pose_age;
 mod states;
 mod terrain;
@@ -52,6 +54,7 @@ pub use measurement::{
 
 use crate::{FlightState, GRAVITY_M_S2, ImuSample};
 use covariance::StateCovariance;
+use gate::Deviation;
 use health::{HealthMonitor, HealthVariances};
 use history::{PastPlacements, Placement};
 use outer::OuterForce;
@@ -100,6 +103,9 @@ pub struct Ekf {
     past: PastPlacements,
     pose_age: PoseAge,
     terrain: Terrain,
+    position_deviation: Deviation,
+    attitude_deviation: Deviation,
+    position_persists: bool,
     /// Difference between the last flow or range and the estimate before it counted.
     flow_deviation_counts: Vec2,
     range_deviation_m: f32,
@@ -166,6 +172,9 @@ impl Ekf {
             past: PastPlacements::new(placement),
             pose_age: PoseAge::default(),
             terrain: Terrain::default(),
+            position_deviation: Deviation::default(),
+            attitude_deviation: Deviation::default(),
+            position_persists: false,
             flow_deviation_counts: Vec2::ZERO,
             range_deviation_m: 0.0,
             monitor: HealthMonitor::new(),

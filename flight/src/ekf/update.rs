@@ -1,36 +1,19 @@
-//! The updates of the Kalman filter by each kind of measurement.
+//! Updates of the Kalman filter by the sensors of the robot.
 
 use glam::{Mat3, Vec2, Vec3};
 
 use super::covariance::{SparseRow, dot, entry};
+use super::gate::{GATE_1, Gate};
 use super::health::HealthMonitor;
 use super::history::Placement;
-use super::measurement::{
-    EkfOutcome, EkfRefusal, FlowMeasurement, PoseMeasurement, PositionMeasurement, check_age,
-    check_attitude, check_sigma,
-};
+use super::measurement::{EkfOutcome, EkfRefusal, FlowMeasurement, check_age, check_sigma};
 use super::states::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, POSITION, STATES, VELOCITY};
 use super::{Ekf, renormalized, rotation};
 
-/// The 0.9999 quantile of χ² with one degree of freedom.
-const GATE_1: f32 = 15.14;
-/// The 0.9999 quantile of χ² with three degrees of freedom.
-const GATE_3: f32 = 21.11;
-/// Largest error in m of a position that any gate lets pass, and the time in seconds by which speed
-/// widens it: a gust or a touch moves the robot by 20 mm before the filter knows, and poses may be
-/// 60 ms older than told.
-const POSITION_FLOOR_M: f32 = 0.02;
-const POSITION_FLOOR_S: f32 = 0.06;
-/// The same of an attitude: markers may be off by 3 degrees.
-const ATTITUDE_FLOOR_RAD: f32 = 0.06;
-const ATTITUDE_FLOOR_S: f32 = 0.06;
-/// The same of flow: the error of the velocity in m/s, and a whole count for the rounding.
+/// Error of flow that any gate lets pass: that of the velocity in m/s, and a whole count for the
+/// rounding.
 const FLOW_FLOOR_M_S: f32 = 0.3;
 const FLOW_FLOOR_COUNTS: f32 = 1.0;
-/// Standard deviation of a delay that the filter was not told, as a share of the delay: it changes.
-const DELAY_SIGMA_SHARE: f32 = 0.5;
-/// Half of the time in seconds over which the rate of a past moment is taken.
-const PAST_RATE_S: f32 = 0.005;
 /// Counts of the flow sensor per radian: ten counts per pixel, 35 pixels in 0.716 74 rad.
 const COUNTS_PER_RAD: f32 = 10.0 * 35.0 / 0.71674;
 /// Variance of the rounding to whole counts.
@@ -47,7 +30,7 @@ const CONE: (f32, f32) = (0.991_444_9, 0.130_526_2);
 const COS_PITCH_MIN: f32 = 0.1;
 
 /// The error that the scalars of one measurement have estimated so far.
-struct EstimatedError([f32; STATES]);
+pub(super) struct EstimatedError(pub [f32; STATES]);
 
 impl EstimatedError {
     fn vector(&self, first: usize) -> Vec3 {
@@ -55,136 +38,7 @@ impl EstimatedError {
     }
 }
 
-/// A gate of one measurement.
-#[derive(Clone, Copy)]
-struct Gate {
-    /// Largest squared distance.
-    limit: f32,
-    /// Magnitude of an innovation that passes whatever its distance is, in the innovation's unit.
-    floor: f32,
-}
-
-impl Gate {
-    /// Returns the variance with which a measurement counts, or the reason why it does not count.
-    ///
-    /// An innovation beyond the limit and below the floor counts with the noise that would just let
-    /// it pass: such an effect persists, and each measurement of it moves the estimate a little.
-    ///
-    /// # Parameters
-    /// `distance`: squared distance of the innovation. `square`: its squared magnitude. `variance`:
-    /// variance of the measurement.
-    fn judge(&self, distance: Option<f32>, square: f32, variance: f32) -> Result<f32, EkfOutcome> {
-        let distance = distance.ok_or(EkfOutcome::Refused(EkfRefusal::NotFinite))?;
-        if distance <= self.limit {
-            Ok(variance)
-        } else if square <= self.floor * self.floor {
-            Ok(variance + square / self.limit)
-        } else {
-            Err(EkfOutcome::Rejected { distance_ratio: distance / self.limit })
-        }
-    }
-}
-
 impl Ekf {
-    /// Corrects the estimate by a position.
-    pub fn update_position(&mut self, measured: &PositionMeasurement) -> EkfOutcome {
-        let past = match self.past_at(measured.age_s, measured.sigma_m) {
-            Ok(past) => past,
-            Err(refusal) => return EkfOutcome::Refused(refusal),
-        };
-        if !measured.position_m.is_finite() {
-            return EkfOutcome::Refused(EkfRefusal::NotFinite);
-        }
-        self.predict_covariance();
-        let innovation = measured.position_m - past.position_m;
-        let variance = measured.sigma_m * measured.sigma_m;
-        let judged = self.judge_position(innovation, variance);
-        let outcome = self.note_position(&judged, innovation);
-        if let Ok(variance) = judged {
-            let mut error = EstimatedError([0.0; STATES]);
-            self.fuse_vector(&mut error, POSITION, innovation, variance);
-            self.inject(&error);
-        }
-        outcome
-    }
-
-    fn judge_position(&self, innovation: Vec3, variance: f32) -> Result<f32, EkfOutcome> {
-        let floor = POSITION_FLOOR_M + POSITION_FLOOR_S * self.velocity_m_s.length();
-        let distance = self.covariance.distance_squared(POSITION, variance, innovation);
-        Gate { limit: GATE_3, floor }.judge(distance, innovation.length_squared(), variance)
-    }
-
-    /// Corrects the estimate by a position and an attitude.
-    ///
-    /// A filter that [estimates the age](super::EkfConfig::estimates_pose_age) of poses takes the
-    /// told one as a first guess.
-    pub fn update_pose(&mut self, measured: &PoseMeasurement) -> EkfOutcome {
-        let (past, age_s) = match self.past_of_pose(measured) {
-            Ok(found) => found,
-            Err(refusal) => return EkfOutcome::Refused(refusal),
-        };
-        self.predict_covariance();
-        let innovation = measured.position_m - past.position_m;
-        // The error turns with the robot, so it is taken in the world frame and brought to the
-        // present body frame.
-        let turn = measured.attitude.normalize() * past.attitude.conjugate();
-        let turn = if turn.w < 0.0 { -turn } else { turn };
-        let angle = self.attitude.conjugate() * (turn.xyz() * (2.0 / turn.w.max(0.01)));
-        let variance_rad2 = measured.sigma_rad * measured.sigma_rad;
-        if self.config.estimates_pose_age
-            && let Some(rate) = self.past_rate(age_s)
-        {
-            let known = self.covariance.variance(ATTITUDE);
-            let gain = known / (known + variance_rad2);
-            self.pose_age.note(angle, rate, age_s - measured.age_s, gain);
-        }
-        let way_m = self.velocity_m_s.length() * DELAY_SIGMA_SHARE * (age_s - measured.age_s);
-        let variance = measured.sigma_m * measured.sigma_m + way_m * way_m;
-        let judged = self.judge_position(innovation, variance).and_then(|variance| {
-            let floor = ATTITUDE_FLOOR_RAD + ATTITUDE_FLOOR_S * self.rate_rad_s.length();
-            let distance = self.covariance.distance_squared(ATTITUDE, variance_rad2, angle);
-            let gate = Gate { limit: GATE_3, floor };
-            let variance_rad2 = gate.judge(distance, angle.length_squared(), variance_rad2)?;
-            Ok((variance, variance_rad2))
-        });
-        let outcome = self.note_position(&judged, innovation);
-        if let Ok((variance, variance_rad2)) = judged {
-            let mut error = EstimatedError([0.0; STATES]);
-            self.fuse_vector(&mut error, POSITION, innovation, variance);
-            self.fuse_vector(&mut error, ATTITUDE, angle, variance_rad2);
-            self.inject(&error);
-        }
-        outcome
-    }
-
-    /// Returns the placement to which a pose belongs, and its likely age in seconds.
-    fn past_of_pose(&self, measured: &PoseMeasurement) -> Result<(Placement, f32), EkfRefusal> {
-        check_sigma(measured.sigma_m)?;
-        check_sigma(measured.sigma_rad)?;
-        check_age(measured.age_s)?;
-        check_attitude(measured.attitude)?;
-        if !measured.position_m.is_finite() {
-            return Err(EkfRefusal::NotFinite);
-        }
-        let age_s = if self.config.estimates_pose_age {
-            self.pose_age.estimate_s(measured.age_s, self.past.reach_s())
-        } else {
-            measured.age_s
-        };
-        let past = self.past.at(age_s, self.placement()).ok_or(EkfRefusal::TooOld)?;
-        Ok((past, age_s))
-    }
-
-    /// Returns the rate at a past moment, without the bias; `None` before the filter remembers.
-    fn past_rate(&self, age_s: f32) -> Option<Vec3> {
-        let younger_s = (age_s - PAST_RATE_S).max(0.0);
-        let older = self.past.at(younger_s + 2.0 * PAST_RATE_S, self.placement())?;
-        let younger = self.past.at(younger_s, self.placement())?;
-        let turn = older.attitude.conjugate() * younger.attitude;
-        let turn = if turn.w < 0.0 { -turn } else { turn };
-        Some(turn.xyz() * (1.0 / PAST_RATE_S))
-    }
-
     /// Corrects the estimate by a height in the world frame, in m, with its standard deviation.
     pub fn update_height(&mut self, height_m: f32, sigma_m: f32) -> EkfOutcome {
         if let Err(refusal) = check_sigma(sigma_m) {
@@ -200,7 +54,7 @@ impl Ekf {
     /// and at most 5, with its standard deviation.
     ///
     /// The floor has the height 0 at first. A step of it that three ranges show moves the floor and
-    /// not the robot; see [`Ekf::floor_m`].
+    /// not the robot, see [`Ekf::floor_m`]; these ranges count as rejected.
     ///
     /// The sensor reports the nearest point in a cone of ±7.5 degrees, so it sees the ground as if
     /// the robot tilted 7.5 degrees less.
@@ -239,7 +93,6 @@ impl Ekf {
                     // The mean of three ranges has an error of its own.
                     self.covariance.add_variance(POSITION + 2, variance);
                     self.monitor.accept_height();
-                    return EkfOutcome::Accepted;
                 }
             }
             EkfOutcome::Refused(_) => {}
@@ -342,66 +195,6 @@ impl Ekf {
         self.update_scalar(&row, innovation, sigma_rad * sigma_rad, |_| {})
     }
 
-    /// Returns the jump in m and in rad from the estimate to a pose, or `None` if the pose cannot be
-    /// used.
-    pub fn jump_to_pose(&self, measured: &PoseMeasurement) -> Option<(f32, f32)> {
-        let (past, _) = self.past_of_pose(measured).ok()?;
-        let turn = measured.attitude.normalize() * past.attitude.conjugate();
-        let angle_rad = 2.0 * turn.xyz().length();
-        Some((measured.position_m.distance(past.position_m), angle_rad))
-    }
-
-    /// Moves position and attitude by the difference between a measurement and the estimate at its
-    /// time, whatever it is; velocity and biases stay. This is for the caller that decided so, such as
-    /// after [`is_lost`](super::EkfHealth::is_lost).
-    ///
-    /// # Errors
-    /// The reasons of [`EkfRefusal`], except that a pose that is too old counts as present.
-    pub fn adopt_pose(&mut self, measured: &PoseMeasurement) -> Result<(), EkfRefusal> {
-        let past = match self.past_of_pose(measured) {
-            Ok((past, _)) => past,
-            Err(EkfRefusal::TooOld) => self.placement(),
-            Err(refusal) => return Err(refusal),
-        };
-        self.adopt_position(&PositionMeasurement {
-            position_m: measured.position_m - past.position_m + self.position_m,
-            sigma_m: measured.sigma_m,
-            age_s: 0.0,
-        })?;
-        let before = self.placement();
-        let turn = measured.attitude.normalize() * past.attitude.conjugate();
-        self.attitude = (turn * self.attitude).normalize();
-        self.past.correct(before, self.placement());
-        self.covariance.isolate(ATTITUDE, Vec3::splat(measured.sigma_rad));
-        self.covariance.limit(self.config.variance_floor);
-        self.begin_motion();
-        Ok(())
-    }
-
-    /// Moves the position by the difference between a measurement and the estimate at its time,
-    /// whatever it is; the rest stays.
-    ///
-    /// # Errors
-    /// The reasons of [`EkfRefusal`], except that a position that is too old counts as present.
-    pub fn adopt_position(&mut self, measured: &PositionMeasurement) -> Result<(), EkfRefusal> {
-        let past = match self.past_at(measured.age_s, measured.sigma_m) {
-            Ok(past) => past,
-            Err(EkfRefusal::TooOld) => self.placement(),
-            Err(refusal) => return Err(refusal),
-        };
-        if !measured.position_m.is_finite() {
-            return Err(EkfRefusal::NotFinite);
-        }
-        self.predict_covariance();
-        let before = self.placement();
-        self.position_m += measured.position_m - past.position_m;
-        self.past.correct(before, self.placement());
-        self.covariance.isolate(POSITION, Vec3::splat(measured.sigma_m));
-        self.covariance.limit(self.config.variance_floor);
-        self.monitor.accept_position();
-        Ok(())
-    }
-
     /// Returns the difference in counts between the last flow and the estimate before it counted.
     pub fn flow_deviation_counts(&self) -> Vec2 {
         self.flow_deviation_counts
@@ -417,7 +210,7 @@ impl Ekf {
         self.attitude.conjugate() * Vec3::Z
     }
 
-    fn past_at(&self, age_s: f32, sigma_m: f32) -> Result<Placement, EkfRefusal> {
+    pub(super) fn past_at(&self, age_s: f32, sigma_m: f32) -> Result<Placement, EkfRefusal> {
         check_sigma(sigma_m)?;
         check_age(age_s)?;
         self.past.at(age_s, self.placement()).ok_or(EkfRefusal::TooOld)
@@ -431,25 +224,6 @@ impl Ekf {
         // To the third order, the angle of 2·sin(angle/2) is that times 1 + sin²(angle/2)/6.
         let half = turn.xyz();
         Some(half * (2.0 * (1.0 + half.length_squared() / 6.0) / seconds))
-    }
-
-    fn note_position<T>(
-        &mut self,
-        judged: &Result<T, EkfOutcome>,
-        innovation_m: Vec3,
-    ) -> EkfOutcome {
-        match judged {
-            Ok(_) => {
-                self.monitor.accept_position();
-                EkfOutcome::Accepted
-            }
-            Err(outcome) => {
-                if matches!(outcome, EkfOutcome::Rejected { .. }) {
-                    self.monitor.reject_position(innovation_m);
-                }
-                *outcome
-            }
-        }
     }
 
     fn note_rejection(&mut self, outcome: &EkfOutcome) {
@@ -484,7 +258,7 @@ impl Ekf {
     }
 
     /// Processes three measured states from `first` on.
-    fn fuse_vector(
+    pub(super) fn fuse_vector(
         &mut self,
         error: &mut EstimatedError,
         first: usize,
@@ -524,7 +298,7 @@ impl Ekf {
     }
 
     /// Moves the estimated error into the estimate.
-    fn inject(&mut self, error: &EstimatedError) {
+    pub(super) fn inject(&mut self, error: &EstimatedError) {
         let before = self.placement();
         self.position_m += error.vector(POSITION);
         self.velocity_m_s += error.vector(VELOCITY);

@@ -203,7 +203,8 @@ impl FlightStack {
             let is_place = self.filter.jump_to_pose(pose).is_some_and(|(jump_m, turn_rad)| {
                 self.is_near_jump(jump_m, pose.position_m) && turn_rad <= ADOPTED_TURN_RAD
             });
-            self.pose_trust.note((pose.position_m, pose.attitude), 0.0, &outcome);
+            let persists = self.filter.position_persists();
+            self.pose_trust.note((pose.position_m, pose.attitude), 0.0, persists, &outcome);
             if matches!(outcome, EkfOutcome::Rejected { .. })
                 && self.filter.health().is_displaced
                 && is_place
@@ -226,7 +227,8 @@ impl FlightStack {
         let outcome = self.filter.update_position(position);
         if self.is_flying() {
             let jump_m = position.position_m.distance(self.filter.state().position_m);
-            self.pose_trust.note((position.position_m, Quat::IDENTITY), 0.0, &outcome);
+            let persists = self.filter.position_persists();
+            self.pose_trust.note((position.position_m, Quat::IDENTITY), 0.0, persists, &outcome);
             if matches!(outcome, EkfOutcome::Rejected { .. })
                 && self.filter.health().is_displaced
                 && self.is_near_jump(jump_m, position.position_m)
@@ -253,7 +255,7 @@ impl FlightStack {
         let outcome = self.filter.update_flow(flow);
         if self.is_flying() {
             let deviation = self.filter.flow_deviation_counts().abs().max_element();
-            self.flow_trust.note((flow.counts_x, flow.counts_y), deviation, &outcome);
+            self.flow_trust.note((flow.counts_x, flow.counts_y), deviation, false, &outcome);
         }
     }
 
@@ -267,7 +269,8 @@ impl FlightStack {
         // A robot lands on the floor below it.
         self.ground_m += self.filter.floor_m() - floor_m;
         if self.is_flying() {
-            self.range_trust.note(range_m, self.filter.range_deviation_m().abs(), &outcome);
+            let deviation = self.filter.range_deviation_m().abs();
+            self.range_trust.note(range_m, deviation, false, &outcome);
         }
     }
 

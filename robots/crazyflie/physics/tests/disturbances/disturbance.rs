@@ -24,8 +24,12 @@ pub enum DisturbanceKind {
     Latency,
     /// The floor rises or falls below the robot, every 2.5 s.
     FloorStep,
-    /// The flow sensor has less noise than the flight controller is told.
+    /// The flow sensor has less noise than usual; every other flight controller is told.
     QuietFlow,
+    /// A sensor has another noise than the flight controller is told, by this factor. Noise of more
+    /// than twice the told one is a fault.
+    PoseNoise,
+    RangeNoise,
 }
 
 use DisturbanceKind::*;
@@ -41,7 +45,7 @@ pub enum PositionSource {
 ///
 /// The unit is m/s² for forces, m/s for bumps and winds, m for displacements and steps, rad for
 /// turns, seconds for latencies, and counts for flow.
-pub const CASES: [(DisturbanceKind, PositionSource, f64, f64); 16] = [
+pub const CASES: [(DisturbanceKind, PositionSource, f64, f64); 18] = [
     (Calm, PositionSource::MotionCapture, 0.0, 0.0),
     (Calm, PositionSource::FlowDeck, 0.0, 0.0),
     (SideForce, PositionSource::MotionCapture, 0.5, 2.0),
@@ -58,6 +62,8 @@ pub const CASES: [(DisturbanceKind, PositionSource, f64, f64); 16] = [
     (FloorStep, PositionSource::FlowDeck, 0.1, 0.3),
     (QuietFlow, PositionSource::FlowDeck, 0.1, 0.5),
     (QuietFlow, PositionSource::FlowDeck, 0.5, 2.0),
+    (PoseNoise, PositionSource::MotionCapture, 0.1, 2.0),
+    (RangeNoise, PositionSource::FlowDeck, 0.2, 2.0),
 ];
 
 const DEGREE: f64 = core::f64::consts::PI / 180.0;
@@ -71,6 +77,8 @@ pub struct Scenario {
     pub kind: DisturbanceKind,
     pub source: PositionSource,
     pub strength: f64,
+    /// The flight controller is told the noise of a quiet flow sensor.
+    pub tells_noise: bool,
     /// Course of the disturbance in the world.
     pub course_rad: f64,
     /// Random numbers of the path.
@@ -87,7 +95,8 @@ impl Scenario {
         let strength = least + (most - least) * random.unit();
         let course_rad = random.unit() * core::f64::consts::TAU;
         let path = Random::new(seed ^ 0x0070_110f);
-        Scenario { seed, case, kind, source, strength, course_rad, path }
+        let tells_noise = (number / CASES.len()).is_multiple_of(2);
+        Scenario { seed, case, kind, source, strength, tells_noise, course_rad, path }
     }
 
     /// Returns a vector of this length along the course.

@@ -1,5 +1,6 @@
 //! One flight under a disturbance, and what was observed.
 
+use bittybuzz_crazyflie_physics::sensors::SensorFault;
 use bittybuzz_crazyflie_physics::{DQuat, DVec3, Wind, WindSettings};
 use bittybuzz_flight::Vec3;
 use bittybuzz_flight::planner::Destination;
@@ -51,10 +52,17 @@ fn build(scenario: &Scenario) -> Rig {
     let mut rig = match (scenario.source, scenario.kind) {
         (PositionSource::MotionCapture, _) => Rig::with_capture(seed),
         (_, DisturbanceKind::QuietFlow) => {
-            Rig::with_told_flow_noise(seed, scenario.strength, TOLD_COUNTS)
+            let told_counts = if scenario.tells_noise { scenario.strength } else { TOLD_COUNTS };
+            Rig::with_told_flow_noise(seed, scenario.strength, told_counts)
         }
         _ => Rig::with_deck(seed),
     };
+    let noise = SensorFault::Noisy(scenario.strength);
+    match scenario.kind {
+        DisturbanceKind::PoseNoise => rig.set_capture_fault(Some(noise)),
+        DisturbanceKind::RangeNoise => rig.set_range_fault(Some(noise)),
+        _ => {}
+    }
     if scenario.kind == DisturbanceKind::Gusts {
         let mean_m_s = scenario.along(scenario.strength);
         let settings = WindSettings { mean_m_s, gust_sigma_m_s: 1.0, gust_s: 0.8 };
@@ -125,7 +133,11 @@ fn disturb(rig: &mut Rig, scenario: &Scenario, ms: u64) {
             let sign = if scenario.course_rad < core::f64::consts::PI { 1.0 } else { -1.0 };
             rig.surroundings.ground_m = if is_up { sign * scenario.strength } else { 0.0 };
         }
-        DisturbanceKind::Calm | DisturbanceKind::Gusts | DisturbanceKind::QuietFlow => {}
+        DisturbanceKind::Calm
+        | DisturbanceKind::Gusts
+        | DisturbanceKind::QuietFlow
+        | DisturbanceKind::PoseNoise
+        | DisturbanceKind::RangeNoise => {}
     }
 }
 

@@ -56,6 +56,14 @@ pub struct Observations {
 }
 
 impl Observations {
+    /// Returns the time in ms after the fault at which the robot stopped following the pilot, unless
+    /// the pilot was silent by then.
+    pub fn found_ms(&self) -> Option<u64> {
+        let is_end = |(_, stage): &&(u64, SupervisorStage)| *stage != SupervisorStage::Flying;
+        let ms = self.stages.iter().find(is_end).map(|(ms, _)| *ms)?;
+        ((ms as f64) < FLIGHT_AFTER_FAULT_S * 1000.0).then_some(ms)
+    }
+
     /// Returns true if the robot landed upright.
     pub fn has_landed(&self) -> bool {
         self.stands && !self.has_crashed

@@ -50,7 +50,7 @@ impl Report {
     /// Prints a line per kind of fault, and the flights that broke a limit.
     fn print(&self) {
         println!(
-            "{:14} {:>7} {:>6} {:>7} {:>6} {:>10} {:>9} {:>8} {:>9} {:>6}",
+            "{:14} {:>7} {:>6} {:>7} {:>6} {:>10} {:>9} {:>8} {:>9} {:>6} {:>5} {:>8}",
             "fault",
             "flights",
             "landed",
@@ -60,13 +60,15 @@ impl Report {
             "(whole)",
             "off ms",
             "crash ms",
-            "blind"
+            "blind",
+            "found",
+            "found ms"
         );
         for kind in FaultKind::ALL {
             let flights = || self.of_kind(kind);
             let worst = |value: fn(&Observations) -> f64| flights().map(value).fold(0.0, f64::max);
             println!(
-                "{:14} {:7} {:6} {:7} {:6} {:10.2} {:9.2} {:8} {:9} {:6}",
+                "{:14} {:7} {:6} {:7} {:6} {:10.2} {:9.2} {:8} {:9} {:6} {:5} {:8}",
                 format!("{kind:?}"),
                 flights().count(),
                 flights().filter(|found| found.has_landed()).count(),
@@ -77,6 +79,8 @@ impl Report {
                 flights().map(|found| found.off_after_ms.unwrap_or(u64::MAX)).max().unwrap_or(0),
                 flights().filter_map(|found| found.off_after_crash_ms).max().unwrap_or(0),
                 flights().map(|found| found.blind_following_ms).max().unwrap_or(0),
+                flights().filter_map(Observations::found_ms).count(),
+                flights().filter_map(Observations::found_ms).max().unwrap_or(0),
             );
         }
         for (scenario, found) in &self.0 {

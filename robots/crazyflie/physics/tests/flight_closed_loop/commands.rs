@@ -1,5 +1,6 @@
 //! Commands of a whole flight, and their expiry.
 
+use bittybuzz_crazyflie_physics::sensors::SensorFault;
 use bittybuzz_flight::planner::{Destination, PlanError, VelocityCommand};
 use bittybuzz_flight::stack::{AttitudeCommand, FlightRefusal};
 use bittybuzz_flight::supervisor::SupervisorStage;
@@ -149,10 +150,10 @@ fn landings_are_soft() {
 fn a_robot_that_finds_its_position_flies_on() {
     let mut rig = Rig::with_capture(7);
     rig.take_off(0.5);
-    rig.set_capture_silent(true);
+    rig.set_capture_fault(Some(SensorFault::Silent));
     rig.run(0.8, |_| {});
     assert_eq!(rig.stack.stage(), SupervisorStage::LevelOut);
-    rig.set_capture_silent(false);
+    rig.set_capture_fault(None);
     rig.run(3.0, |_| {});
     assert_eq!(rig.stack.stage(), SupervisorStage::Flying);
     assert!(rig.true_error_m() < 0.03, "{}", rig.true_error_m());

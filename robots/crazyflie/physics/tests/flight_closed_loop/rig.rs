@@ -84,10 +84,17 @@ impl Rig {
         Self::new(deck, seed)
     }
 
-    /// Lets the motion capture fall silent, or return.
-    pub fn set_capture_silent(&mut self, is_silent: bool) {
+    /// Sets or clears a fault of the motion capture.
+    pub fn set_capture_fault(&mut self, fault: Option<SensorFault>) {
         if let Some(capture) = self.capture() {
-            capture.set_fault(is_silent.then_some(SensorFault::Silent));
+            capture.set_fault(fault);
+        }
+    }
+
+    /// Sets or clears a fault of the distance to the ground.
+    pub fn set_range_fault(&mut self, fault: Option<SensorFault>) {
+        if let Positioning::Deck { height, .. } = &mut self.positioning {
+            height.set_fault(fault);
         }
     }
 
