@@ -266,9 +266,9 @@ impl FlightStack {
         }
         let floor_m = self.filter.floor_m();
         let outcome = self.filter.update_late_range(range_m, RANGE_SIGMA_M, RANGE_AGE_S);
-        // A robot lands on the floor below it.
-        self.ground_m += self.filter.floor_m() - floor_m;
         if self.is_flying() {
+            // A robot lands on the floor below it.
+            self.ground_m += self.filter.floor_m() - floor_m;
             let deviation = self.filter.range_deviation_m().abs();
             self.range_trust.note(range_m, deviation, false, &outcome);
         }

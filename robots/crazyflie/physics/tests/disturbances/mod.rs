@@ -5,6 +5,7 @@
 mod adoption;
 mod disturbance;
 mod flight;
+mod floor;
 mod report;
 
 use report::Report;
