@@ -5,7 +5,8 @@
 //!    finishes in bounded time, without allocation. So the host runs the same code as the robot.
 //! 2. **Nothing from outside is trusted.** Measurements pass a gate before they change the estimate,
 //!    commands are limited to what the robot can do, and a number that is not finite is refused.
-//! 3. **Safety does not depend on the script.** The [`supervisor`] alone decides if motors may turn.
+//! 3. **Safety does not depend on the script.** The [`supervisor`] alone decides if motors may turn,
+//!    and the [`pilot`] arms only with the permission of a person.
 //! 4. **Equations have a source.** The documentation of a module names the paper or data sheet.
 //!
 //! # Frames and units
@@ -21,7 +22,8 @@
 //! motors 2 and 4 positive.
 //!
 //! # Not included
-//! Drivers, the radio and the script belong to the firmware. Nothing here was tried on hardware.
+//! Drivers, the radio and the machine of the script belong to the firmware. Nothing here was tried on
+//! hardware.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -37,6 +39,7 @@ pub mod filter;
 pub mod geometric;
 pub mod mixer;
 pub mod motor;
+pub mod pilot;
 pub mod planner;
 pub mod polynomial;
 pub mod stack;

@@ -49,11 +49,13 @@ pub use limits::FlightLimits;
 pub use trajectory::TrajectoryPiece;
 pub use velocity::{VelocityCommand, VelocityFrame};
 
+pub(crate) use velocity::wrapped;
+
 use crate::Reference;
 use curve::{Curve, FlightGoal, duration_from_rest_s};
 use glam::Vec3;
 use trajectory::PieceStore;
-use velocity::{VelocityFilter, wrapped};
+use velocity::VelocityFilter;
 
 /// Longest duration of a command in seconds. A search may stretch it up to the longest polynomial.
 const DURATION_S_MAX: f32 = 1800.0;

@@ -68,7 +68,7 @@ impl VelocityCommand {
 }
 
 /// Returns an angle in radians that is turned by full circles into -π to π.
-pub(super) fn wrapped(angle_rad: f32) -> f32 {
+pub(crate) fn wrapped(angle_rad: f32) -> f32 {
     let turned = angle_rad - TAU * libm::roundf(angle_rad / TAU);
     turned.clamp(-PI, PI)
 }

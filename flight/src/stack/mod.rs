@@ -304,6 +304,18 @@ impl FlightStack {
         self.reference
     }
 
+    /// Returns the height of the center of mass in m when the robot last stood on the ground.
+    #[must_use]
+    pub fn ground_m(&self) -> f32 {
+        self.ground_m
+    }
+
+    /// Returns true from the end of a landing by a command until the motors are off.
+    #[must_use]
+    pub fn has_landed(&self) -> bool {
+        self.has_touched_down
+    }
+
     /// Returns the health of the estimate.
     #[must_use]
     pub fn health(&self) -> EkfHealth {

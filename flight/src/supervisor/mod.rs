@@ -5,7 +5,8 @@
 //! model checker explores all of them (`tests/model`).
 //!
 //! # Rules
-//! 1. **A person arms.** Motors start only in the step in which an arm request begins.
+//! 1. **A person arms.** Motors start only in the step in which an arm request begins. The
+//!    [pilot](crate::pilot) requests to arm with the permission of a person.
 //! 2. **One step to off.** An emergency stop, a fault of the IMU and a disarm request stop the
 //!    motors in the step that shows them.
 //! 3. **A robot that fell stays off.** After a crash a person confirms that the robot is whole,
