@@ -106,7 +106,7 @@ fn meet(name: &str, duration: u32, more: &str) -> Summary {
     let folder = folder(name, &[("meet.bzz", MEET)]);
     let text = format!(
         "[world]\nsize = [3000, 3000]\nduration = {duration}\n\
-         [[robots]]\nrobot = \"crazyflie\"\nscript = \"meet.bzz\"\ncount = 10\nplacement = \"circle\"\nradius = 1000\n{more}"
+         [[robots]]\nrobot = \"crazyflie\"\nscript = \"meet.bzz\"\ncount = 10\nplacement = \"circle\"\nradius = 1000\n{more}[body.crazyflie]\narmed = true\n"
     );
     run_with(&folder, &text, 1, |_| ())
 }
@@ -138,7 +138,7 @@ fn a_crazyflie_lands_when_its_battery_is_empty() {
         )],
     );
     let text = "[world]\nsize = [2000, 2000]\nduration = 520\n\
-                [[robots]]\nrobot = \"crazyflie\"\nscript = \"hover.bzz\"\n\
+                [[robots]]\nrobot = \"crazyflie\"\nscript = \"hover.bzz\"\nmodel = { armed = true }\n\
                 [[event]]\nat = 490\nrestart = 0\n\
                 [[expect]]\nalways = [10, 465]\nvalue = \"z\"\nabove = 400\n\
                 [[expect]]\nat = 418\nvalue = \"global.mv\"\nabove = 3200\n\
@@ -159,7 +159,7 @@ fn an_event_can_empty_a_battery() {
         &[("hover.bzz", "function init() { takeoff(500) }\nfunction step() { }\n")],
     );
     let text = "[world]\nsize = [2000, 2000]\nduration = 30\n\
-                [[robots]]\nrobot = \"crazyflie\"\nscript = \"hover.bzz\"\npositions = [[0, 0], [500, 0]]\n\
+                [[robots]]\nrobot = \"crazyflie\"\nscript = \"hover.bzz\"\npositions = [[0, 0], [500, 0]]\nmodel = { armed = true }\n\
                 [[event]]\nat = 10\nbattery = 0\nvolts = 3.0\n\
                 [[expect]]\nat = 14.5\nrobots = 0\nvalue = \"z\"\nabove = 400\n\
                 [[expect]]\nalways = [18, 30]\nrobots = 0\nvalue = \"z\"\nequals = 0\n\

@@ -211,7 +211,12 @@ fn a_crazyflie_lands_at_a_fault_and_does_not_take_off_again() {
                   function step() { n = n + 1 hover(1000) goto(300, 0) if(n == 10) n.x = 1 }\n";
     let folder = folder("lands", &[("s.bzz", script)]);
     let (mut heights, mut halted) = (Vec::new(), Vec::new());
-    let text = row("crazyflie", 1, 30, "[[event]]\nat = 25\nrestart = 0\n");
+    let text = row(
+        "crazyflie",
+        1,
+        30,
+        "[[event]]\nat = 25\nrestart = 0\n[body.crazyflie]\narmed = true\n",
+    );
     run_with(&folder, &text, 1, |simulation| {
         heights.extend(simulation.view(0).map(|view| view.pose.z));
         halted.push(is_faulted(simulation, 0));

@@ -36,7 +36,7 @@ fn fly(
     let folder = folder(name, &[("script.bzz", script)]);
     let text = format!(
         "[world]\nsize = [6000, 6000]\n{more}\nrobot = \"crazyflie\"\nscript = \"script.bzz\"\n\
-         model = {{ fidelity = \"{fidelity}\"{body} }}\n"
+         model = {{ armed = true, fidelity = \"{fidelity}\"{body} }}\n"
     );
     let mut poses = Vec::new();
     let summary = run_with(&folder, &text, 1, |simulation| {

@@ -76,7 +76,7 @@ fn the_battery_is_the_one_that_the_script_reads() {
     let flier = "mv = 0\nfunction init() { takeoff(500) }\nfunction step() { mv = battery() }\n";
     let folder = folder("battery", &[("fly.bzz", flier), ("rest.bzz", "mv = 0\n")]);
     let text = "[world]\nsize = [2000, 2000]\nduration = 70\n\n\
-                [[robots]]\nrobot = \"crazyflie\"\nscript = \"fly.bzz\"\ncount = 1\n\n\
+                [[robots]]\nrobot = \"crazyflie\"\nscript = \"fly.bzz\"\ncount = 1\nmodel = { armed = true }\n\n\
                 [[robots]]\nrobot = \"kilobot\"\nscript = \"rest.bzz\"\ncount = 1\n\n\
                 [[event]]\nat = 65\nbattery = 0\nvolts = 3.5\n";
     let mut read = Vec::new();

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 mod adversaries;
+mod arming;
 mod backends;
 mod barriers;
 mod bodies;

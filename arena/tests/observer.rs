@@ -304,7 +304,8 @@ fn seen_of(name: &str, robot: &str, script: &str) -> RecordingObserver {
     let folder = folder(name, &[("s.bzz", script)]);
     let text = format!(
         "[world]\nsize = [2000, 2000]\nduration = 5\nambient = 300\n\
-         [[robots]]\nrobot = \"{robot}\"\nscript = \"s.bzz\"\nplacement = \"line\"\nspacing = 100\n"
+         [[robots]]\nrobot = \"{robot}\"\nscript = \"s.bzz\"\nplacement = \"line\"\nspacing = 100\n\
+         [body.crazyflie]\narmed = true\n"
     );
     let (scenario, programs) = read(&folder, &text);
     let setup = Arc::new(Setup::new(scenario, programs).unwrap());
@@ -343,7 +344,7 @@ fn a_call_that_waits_is_seen_twice() {
     let observer = seen_of("waits", "crazyflie", script);
     let arguments = || vec![Piece::Int(500)];
     let calls: Vec<FunctionCall> = observer.calls.iter().map(|(.., call)| call.clone()).collect();
-    let ends = CallResult::Returned(Piece::Nil);
+    let ends = CallResult::Returned(Piece::Int(1));
     let expected =
         [call("takeoff", arguments(), CallResult::Waiting), call("takeoff", arguments(), ends)];
     assert_eq!(calls, expected);

@@ -11,7 +11,7 @@ fn run(robot: &str, script: &str, seconds: u32) -> Vec<(RobotView, Option<f64>)>
     let text = format!(
         "[world]\nsize = [4000, 2000]\nduration = {seconds}\nobstacles = [{{ at = [900, 0], size = [20, 400] }}]\n\
          [[robots]]\nrobot = \"{robot}\"\nscript = \"s.bzz\"\npositions = [[0, 0]]\nheading = 0\n\
-         [body.kilobot]\nspeed_error = 0\nturn_error = 0\nheading_bias = 0\nheading_noise = 0\n[body.zooid]\ngain_error = 0\n[output]\nplot = [\"global.r\"]\n"
+         [body.kilobot]\nspeed_error = 0\nturn_error = 0\nheading_bias = 0\nheading_noise = 0\n[body.zooid]\ngain_error = 0\n[body.crazyflie]\narmed = true\n[output]\nplot = [\"global.r\"]\n"
     );
     let mut trace = Vec::new();
     let summary = run_with(&folder, &text, 1, |simulation| {

@@ -25,6 +25,8 @@ pub fn scenario(robot: &Robot, reference: &str, script: &str, count: u32) -> Str
     let spacing = spacing_mm(robot);
     let rows = f64::from(count).sqrt().ceil();
     let side = (spacing * (rows + 1.0)).max(SIDE_MIN_MM);
+    // Robots that a person arms would not take off.
+    let armed = if has_key(robot, "armed") { "model = { armed = true }\n" } else { "" };
     format!(
         "\
 [world]
@@ -37,7 +39,7 @@ script = {}
 count = {count}
 placement = \"grid\"
 spacing = {spacing}
-",
+{armed}",
         quoted(reference),
         quoted(script),
     )
@@ -51,6 +53,13 @@ pub fn has_neighbors(robot: &Robot) -> bool {
     };
     robot.vm.neighbors > 0
         && (robot.body.is_none() || robot.sensors.iter().any(|sensor| reaches(&sensor.kind)))
+}
+
+/// Returns true if the robot's `model` in scenarios has this key.
+fn has_key(robot: &Robot, key: &str) -> bool {
+    let models = bittybuzz_robot_models::all();
+    let model = models.iter().find(|model| model.robots().contains(&robot.name.as_str()));
+    model.is_some_and(|model| model.keys().body.keys.iter().any(|known| known.name == key))
 }
 
 fn spacing_mm(robot: &Robot) -> f64 {

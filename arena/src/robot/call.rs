@@ -151,6 +151,11 @@ impl RobotCall<'_, '_> {
         self.add_line(pieces);
     }
 
+    /// Logs a line of text.
+    pub fn log_text(&mut self, text: &str) {
+        self.add_line(vec![Piece::Text(text.as_bytes().to_vec())]);
+    }
+
     fn add_line(&mut self, pieces: Vec<Piece>) {
         let (tick, program) = (self.io.now, self.memory.program);
         self.memory.logged.push(LogLine { tick, program, pieces });

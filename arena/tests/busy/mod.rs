@@ -29,7 +29,7 @@ const WORLD: &str = "[world]\nsize = [1000, 1000]\nduration = 12\nseed = 5\nligh
     [[robots]]\nrobot = \"kilobot\"\nscript = \"kilobot.bzz\"\ncount = 9\nplacement = \"grid\"\nspacing = 60\n\n\
     [[robots]]\nrobot = \"zooids\"\nscript = \"zooids.bzz\"\ncount = 4\nfirst_id = 20\narea = [400, 400]\nat = [250, -250]\n\n\
     [[robots]]\nrobot = \"crazyflie\"\nscript = \"crazyflie.bzz\"\ncount = 3\nfirst_id = 30\nplacement = \"line\"\nat = [-200, 350]\nspacing = 250\n\n\
-    [body.kilobot]\nheading_bias = 20\n\n\
+    [body.kilobot]\nheading_bias = 20\n\n[body.crazyflie]\narmed = true\n\n\
     [[event]]\nat = 2\nfail = 1\n\n[[event]]\nat = 3\nlight = [[0, 0]]\n\n[[event]]\nat = 4\nblock = [20, 21]\n\n\
     [[event]]\nat = 5\nrestart = [1, 22]\n\n[[event]]\nat = 6\npartition = [[0, 2], [4, 5]]\n\n[[event]]\nat = 8\nheal = true\n\n\
     [[event]]\nat = 9\nmove = 30\nby = [10, 10]\n";

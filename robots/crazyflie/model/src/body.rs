@@ -6,6 +6,9 @@ use bittybuzz_arena::engine::{
     first_wrong, not_below_0, within, wrap,
 };
 
+use bittybuzz_flight::pilot::PilotSettings;
+use bittybuzz_flight::planner::FlightLimits;
+
 use crate::flying::FlyingBody;
 
 /// A command for the flight controller.
@@ -90,6 +93,8 @@ pub struct CrazyflieModel {
     pub positioning: Positioning,
     /// The detail of the simulation.
     pub fidelity: Fidelity,
+    /// A person has armed the robot at power-on.
+    pub armed: bool,
     /// Distance in mm from neighbors that the robot keeps on its side; 0 switches the collision
     /// avoidance off.
     pub avoidance: f32,
@@ -107,9 +112,43 @@ impl CrazyflieModel {
         crash_speed: 0.0,
         positioning: Positioning::LIGHTHOUSE,
         fidelity: Fidelity::Kinematic,
+        armed: false,
         avoidance: 0.0,
     };
+
+    /// Returns the settings of the pilot: those of a Crazyflie, with the speed and the acceleration
+    /// of this model. A flight controller does not exceed what its airframe can do.
+    pub fn pilot(&self) -> PilotSettings {
+        let standard = PilotSettings::CRAZYFLIE;
+        let mut speed_m_s = self.speed / 1000.0;
+        let mut acceleration_m_s2 = self.acceleration / 1000.0;
+        if self.fidelity == Fidelity::Flight {
+            speed_m_s = speed_m_s.min(FlightLimits::CRAZYFLIE.speed_m_s);
+            acceleration_m_s2 = acceleration_m_s2.min(FlightLimits::CRAZYFLIE.acceleration_m_s2);
+        }
+        // A planner needs limits above 0.
+        let speed_m_s = speed_m_s.max(SPEED_M_S_MIN);
+        let acceleration_m_s2 = acceleration_m_s2.max(ACCELERATION_M_S2_MIN);
+        let lag_rate_s = standard.limits.jerk_m_s3 / standard.limits.acceleration_m_s2;
+        let limits = FlightLimits {
+            speed_m_s,
+            climb_m_s: standard.limits.climb_m_s.min(speed_m_s),
+            acceleration_m_s2,
+            jerk_m_s3: acceleration_m_s2 * lag_rate_s,
+            ..standard.limits
+        };
+        let standing_m = match self.fidelity {
+            // The world's pose of a body without feet is that of its middle.
+            Fidelity::Kinematic => 0.0,
+            Fidelity::Flight => standard.standing_m,
+        };
+        PilotSettings { limits, standing_m, ..standard }
+    }
 }
+
+/// Least speed in m/s and acceleration in m/s² of a planner.
+const SPEED_M_S_MIN: f32 = 0.001;
+const ACCELERATION_M_S2_MIN: f32 = 0.001;
 
 impl BodyModel for CrazyflieModel {
     /// Returns the shape; the height is that of the collision cylinder of gym-pybullet-drones.

@@ -2,7 +2,6 @@
 //! its own rates, in the physics of [`bittybuzz_crazyflie_physics`].
 //!
 //! # Simplifications
-//! * A script that takes off arms the robot, as a person would.
 //! * Bodies do not feel the downwash of others. The world resolves contacts: it moves the body, which
 //!   loses its speed in that direction.
 //! * The estimate starts at the true pose, as a robot does that is put on a known place.
@@ -16,17 +15,16 @@ use bittybuzz_crazyflie_physics::{
     Airframe, DVec3, Drone, DroneState, DroneSurroundings, PowerSource, STEP_S,
 };
 use bittybuzz_flight::ekf::{FlowMeasurement, PoseMeasurement};
-use bittybuzz_flight::planner::{VelocityCommand, VelocityFrame};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::{FlightState, ImuSample, MotorDuties, Vec3};
 
-use crate::{CrazyflieModel, Flight, Positioning, Velocity};
+use crate::{CrazyflieModel, Positioning};
 
-/// The commands by which a brain flies the body, and the voltage that it measures.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// The flight controller that a brain commands, and the voltage that it measures.
+#[derive(Clone, Debug)]
 pub struct FlightControls {
-    /// The command for the flight controller.
-    pub flight: Flight,
+    /// The flight controller.
+    pub stack: Box<FlightStack>,
     /// Voltage of the battery in mV that an event of the scenario has set.
     pub battery_setting_mv: Option<u16>,
     /// Voltage of the battery in mV.
@@ -49,7 +47,7 @@ pub struct FlyingBody {
     drone: Drone,
     imu: Imu,
     position: PositionSource,
-    stack: Box<FlightStack>,
+    settings: StackSettings,
     duties: MotorDuties,
     /// The pose at the end of the last substep. The world moves the body if it has another one.
     pose: Pose,
@@ -166,10 +164,8 @@ impl FlyingBody {
 
     /// Switches the flight controller on at the robot's place.
     fn power_on(&mut self) {
-        let mut stack = FlightStack::new(StackSettings::CRAZYFLIE_2_1_PLUS, &standing(&self.drone));
-        core::mem::swap(&mut *self.stack, &mut stack);
+        *self.controls.stack = FlightStack::new(self.settings, &standing(&self.drone));
         self.duties = MotorDuties::default();
-        self.controls.flight = Flight::Off;
     }
 
     /// Adopts the pose to which the world moved the body: a short way is a push, a long one a person.
@@ -196,26 +192,16 @@ impl FlyingBody {
             let mut state = *self.drone.state();
             state.position_m.z = state.position_m.z.max(there.z);
             self.drone.set_state(state);
-            self.stack.adopt(&standing(&self.drone));
+            self.controls.stack.adopt(&standing(&self.drone));
         }
         self.pose = *pose;
     }
 
-    /// Passes the commands of the brain to the flight controller.
-    fn command(&mut self) {
+    /// Gives the battery the voltage that an event of the scenario has set.
+    fn set_battery(&mut self) {
         if let Some(millivolts) = self.controls.battery_setting_mv {
             let volts = f64::from(millivolts) / 1000.0;
             self.drone.set_power(PowerSource::Constant { volts });
-        }
-        match self.controls.flight {
-            Flight::Off => self.stack.stop(),
-            Flight::Velocity(Velocity { forward, left, up, turn }) => {
-                self.stack.fly(&VelocityCommand {
-                    frame: VelocityFrame::Yaw,
-                    velocity_m_s: Vec3::new(forward, left, up) / 1000.0,
-                    yaw_rate_rad_s: turn,
-                });
-            }
         }
     }
 }
@@ -231,12 +217,15 @@ impl Body for FlyingBody {
         let mut drone = Drone::new(airframe, seed);
         let [x_m, y_m] = [pose.x, pose.y].map(|mm| f64::from(mm) / 1000.0);
         drone.stand(0.0, x_m, y_m, pose.heading.into());
-        let stack = FlightStack::new(StackSettings::CRAZYFLIE_2_1_PLUS, &standing(&drone));
+        let settings =
+            StackSettings { limits: model.pilot().limits, ..StackSettings::CRAZYFLIE_2_1_PLUS };
+        let stack = Box::new(FlightStack::new(settings, &standing(&drone)));
+        let controls = FlightControls { stack, battery_setting_mv: None, battery_mv: 0 };
         let mut body = FlyingBody {
-            controls: FlightControls::default(),
+            controls,
             imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
             position: PositionSource::new(model.positioning, seed),
-            stack: Box::new(stack),
+            settings,
             duties: MotorDuties::default(),
             pose: *pose,
             behind_s: 0.0,
@@ -262,7 +251,7 @@ impl Body for FlyingBody {
     }
 
     fn halt(&mut self) {
-        self.controls.flight = Flight::Off;
+        self.controls.stack.stop();
     }
 
     fn restart(&mut self) {
@@ -277,21 +266,21 @@ impl Body for FlyingBody {
         if *pose != self.pose {
             self.adopt_world_pose(pose, step.radius_m);
         }
-        self.command();
+        self.set_battery();
         self.behind_s += step.seconds;
         while self.behind_s >= STEP_S / 2.0 {
             self.behind_s -= STEP_S;
             let duties = self.duties.0.map(f64::from);
             self.drone.step(duties, &DroneSurroundings::default());
             let state = *self.drone.state();
-            self.position.step(&state, &mut self.stack);
+            self.position.step(&state, &mut self.controls.stack);
             if let Some(counts) = self.imu.sample(&state) {
                 let sample = ImuSample {
                     gyro_rad_s: counts.gyro_rad_s().as_vec3(),
                     accel_m_s2: counts.accel_m_s2().as_vec3(),
                 };
                 let volts = self.drone.battery_volts() as f32;
-                self.duties = self.stack.tick(Some(&sample), volts);
+                self.duties = self.controls.stack.tick(Some(&sample), volts);
             }
         }
         self.pose = self.world_pose();
@@ -312,11 +301,12 @@ impl Body for FlyingBody {
         if seconds == 0.0 && *pose != self.pose {
             self.adopt_world_pose(pose, f64::from(model.radius) / 1000.0);
         }
-        let state = self.stack.state();
+        let stack = &self.controls.stack;
+        let state = stack.state();
         let ahead = state.attitude * Vec3::X;
         let at = state.position_m * 1000.0;
         // On the ground a robot knows its place before it has measured it.
-        let is_known = self.stack.health().is_position_valid || !self.stack.is_flying();
+        let is_known = stack.health().is_position_valid || !stack.is_flying();
         is_known.then(|| Pose {
             x: at.x,
             y: at.y,

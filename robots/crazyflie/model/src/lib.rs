@@ -1,6 +1,6 @@
-//! The Crazyflie in the simulator: it follows velocities, has a Multi-ranger deck, and estimates
-//! its pose with a positioning system. Its body is kinematic, or a rigid body that the flight
-//! controller flies.
+//! The Crazyflie in the simulator: it flies as the pilot of [`bittybuzz_flight`] commands, has a
+//! Multi-ranger deck, and estimates its pose with a positioning system. Its body is kinematic, or a
+//! rigid body that the flight controller flies.
 //!
 //! The parameters are those of the real robot, or of a scenario's `[body.crazyflie]`. In an
 //! emulator the robot runs its firmware image.
@@ -9,7 +9,7 @@ mod body;
 mod emulation;
 mod flying;
 mod functions;
-mod keep_apart;
+mod pilot;
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -21,7 +21,6 @@ use bittybuzz_arena::scenario_keys;
 use bittybuzz_robot_spec::RobotFunction;
 
 pub use body::{CrazyflieModel, Fidelity, Flight, Positioning, Velocity};
-pub use flying::FlightControls;
 
 /// The keys of the Crazyflie in scenarios.
 pub const KEYS: ModelKeys = ModelKeys {
@@ -34,7 +33,8 @@ pub const KEYS: ModelKeys = ModelKeys {
             "lag" "number" "of the model" "time constant of changes of velocity, in seconds",
             "crash_speed" "0 to 100000" "0" "closing speed in mm/s above which a contact in the air is a crash; 0: every contact is one",
             "positioning" "word" "of the model" "positioning system: none, flow, loco or lighthouse",
-            "fidelity" "word" "kinematic" "kinematic: the body follows velocities; flight: a flight controller flies a body with four rotors",
+            "fidelity" "word" "kinematic" "kinematic: the body follows the planner's velocities; flight: a flight controller flies a body with four rotors",
+            "armed" "true or false" "false" "true: a person has armed the robots at power-on; without it they do not take off",
             "avoidance" "0 to 5000" "0" "half of the distance in mm that a flying robot keeps from neighbors whose messages it receives; 0: no avoidance",
         ],
     },
@@ -84,6 +84,7 @@ impl RobotModel for CrazyflieModel {
         let first = usize::from(model.fidelity == Fidelity::Flight);
         let positioning = section.word("positioning", &POSITIONINGS[first..]);
         model.positioning = positioning.unwrap_or(model.positioning);
+        model.armed = section.boolean("armed").unwrap_or(model.armed);
         model.avoidance = number("avoidance", AVOIDANCE).unwrap_or(model.avoidance);
         Arc::new(model)
     }
@@ -93,7 +94,7 @@ impl RobotModel for CrazyflieModel {
     }
 
     fn autopilot(&self) -> Option<Box<dyn Autopilot>> {
-        Some(Box::new(functions::Pilot::new(self)))
+        Some(Box::new(pilot::CrazyflieAutopilot::new(self)))
     }
 
     fn emulation(&self) -> Option<Arc<dyn Emulation>> {

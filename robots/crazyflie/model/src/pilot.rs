@@ -1,0 +1,284 @@
+//! The autopilot of a simulated Crazyflie: the pilot of [`bittybuzz_flight`], its aircraft, and what
+//! the robot keeps between two calls of its script.
+//!
+//! With `fidelity = "flight"` the aircraft is the flight controller, which is part of the body.
+//! Otherwise it is a planner, whose references the kinematic body follows.
+
+use std::any::Any;
+
+use bittybuzz_arena::engine::{Io, Pose, TICK_S, TICK_US};
+use bittybuzz_arena::robot::{Autopilot, Done, Piece, RobotCall};
+use bittybuzz_flight::Vec3;
+use bittybuzz_flight::avoidance::{Avoidance, AvoidanceSettings, PeerReport};
+use bittybuzz_flight::pilot::{
+    Aircraft, BodyVelocity, Pilot, PilotAnswer, PilotFunction, PilotMoment, PilotRefusal,
+    PlannedAircraft,
+};
+
+use crate::body::Fidelity;
+use crate::flying::FlightControls;
+use crate::{CrazyflieModel, Flight, Velocity};
+
+/// Voltages of a full and of a low battery in mV, and the time of flight between them in ms: 7
+/// minutes (Bitcraze's data sheet of the 2.1).
+const FULL_MV: u64 = 4150;
+const LOW_MV: u64 = 3200;
+const FLIGHT_TIME_MS: u64 = 420_000;
+/// Voltage in mV at which the nRF51 cuts all power.
+const FLAT_MV: u64 = 3000;
+/// Age in ms that the collision avoidance assumes of a position. In the simulator a frame carries
+/// the position at the end of a tick and arrives at the beginning of the next one; the robot acts
+/// for a tick on it.
+const FRAME_AGE_MS: u32 = TICK_US / 1000;
+
+/// The autopilot of one robot.
+#[derive(Debug, Clone)]
+pub struct CrazyflieAutopilot {
+    pilot: Pilot,
+    /// The aircraft of a robot whose body has no flight controller.
+    planned: Option<PlannedAircraft>,
+    /// Time constant in seconds with which the body follows a velocity.
+    lag_s: f32,
+    /// The collision avoidance, until the robot's id is known.
+    avoidance: Option<AvoidanceSettings>,
+    /// A person arms the robot at power-on.
+    is_armed_at_start: bool,
+    /// Time of flight in ms.
+    flown_ms: u64,
+    /// Voltage of the battery in mV, if the body has a battery of its own.
+    measured_mv: Option<u16>,
+    /// Time in ms at which the stopwatch was started.
+    started_ms: Option<u64>,
+}
+
+/// Returns the collision avoidance of robots with these parameters: they keep twice
+/// `model.avoidance` between their middles.
+fn avoidance(model: &CrazyflieModel) -> Option<AvoidanceSettings> {
+    let standard = AvoidanceSettings::CRAZYFLIE;
+    let radius_m = model.avoidance / 1000.0;
+    (radius_m > 0.0).then(|| AvoidanceSettings {
+        radius_m,
+        height_m: standard.height_m / standard.radius_m * radius_m,
+        speed_m_s: standard.speed_m_s.min(model.speed / 1000.0),
+        lag_s: model.lag,
+        ..standard
+    })
+}
+
+impl CrazyflieAutopilot {
+    /// Returns the autopilot of a robot with these parameters.
+    pub fn new(model: &CrazyflieModel) -> Self {
+        let settings = model.pilot();
+        let planned = (model.fidelity == Fidelity::Kinematic).then(|| {
+            PlannedAircraft::new(settings.limits).expect("the limits of a model are above 0")
+        });
+        CrazyflieAutopilot {
+            pilot: Pilot::new(settings),
+            planned,
+            lag_s: model.lag,
+            avoidance: avoidance(model),
+            is_armed_at_start: model.armed,
+            flown_ms: 0,
+            measured_mv: None,
+            started_ms: None,
+        }
+    }
+
+    /// Lets the pilot act on its aircraft. `setting_mv` is the voltage of the battery that an event
+    /// of the scenario has set.
+    fn act<R>(
+        &mut self,
+        io: &mut Io<'_>,
+        setting_mv: Option<u16>,
+        act: impl FnOnce(&mut Pilot, &mut dyn Aircraft, PilotMoment) -> R,
+    ) -> R {
+        let now_ms = io.milliseconds();
+        if std::mem::take(&mut self.is_armed_at_start) {
+            self.pilot.permit(now_ms);
+        }
+        if let Some(settings) = self.avoidance.take() {
+            self.pilot.set_avoidance(Avoidance::new(io.id.0, settings));
+        }
+        let battery_mv = setting_mv.unwrap_or_else(|| self.battery_mv());
+        let moment = PilotMoment { now_ms, battery_mv };
+        let CrazyflieAutopilot { pilot, planned, .. } = self;
+        match planned {
+            Some(planned) => {
+                let position =
+                    |here: Pose| (Vec3::new(here.x, here.y, here.z) / 1000.0, here.heading);
+                planned.sense(now_ms, io.sensors.estimate().map(position));
+                act(pilot, planned, moment)
+            }
+            None => {
+                let controls = io.controls::<FlightControls>();
+                let controls = controls.expect("a body without a planner has a flight controller");
+                act(pilot, &mut *controls.stack, moment)
+            }
+        }
+    }
+
+    /// Executes a flight function.
+    pub fn fly(call: &mut RobotCall<'_, '_>, function: PilotFunction) -> Done {
+        let numbers: Vec<f32> =
+            (0..call.numbers.count()).map(|index| call.numbers.float(index)).collect();
+        let (is_repeated, setting_mv) = (call.again, call.memory.battery_mv);
+        let autopilot = call.memory.autopilot.as_deref_mut().map(|autopilot| {
+            let autopilot: &mut dyn Any = autopilot;
+            autopilot.downcast_mut::<CrazyflieAutopilot>()
+        });
+        let autopilot = autopilot.flatten().expect("a Crazyflie's functions run with its pilot");
+        autopilot.measure_battery(call.io);
+        let answer = autopilot.act(call.io, setting_mv, |pilot, aircraft, moment| {
+            pilot.call(function, &numbers, is_repeated, aircraft, moment)
+        });
+        let value = |is_there: bool| match function.has_value() {
+            true => Done::Int(is_there.into()),
+            false => Done::Nil,
+        };
+        match answer {
+            PilotAnswer::Waiting => Done::Wait,
+            PilotAnswer::Done(is_there) => value(is_there),
+            PilotAnswer::OutOfRange => Done::OutOfRange,
+            PilotAnswer::Refused { reason, is_new } => {
+                if is_new {
+                    call.log_text(&refusal_text(function, reason));
+                }
+                value(false)
+            }
+        }
+    }
+
+    /// Returns the voltage of the battery in mV, without a setting of the scenario.
+    pub fn battery_mv(&self) -> u16 {
+        self.measured_mv.unwrap_or_else(|| {
+            let drop_mv = (FULL_MV - LOW_MV) * self.flown_ms / FLIGHT_TIME_MS;
+            let left_mv = FULL_MV.saturating_sub(drop_mv).max(FLAT_MV);
+            u16::try_from(left_mv).expect("a full battery has 4150 mV")
+        })
+    }
+
+    /// Returns the time that `show` writes before the value, in ms since `start`.
+    pub fn stopwatch(&self, now_ms: u64) -> Vec<Piece> {
+        match self.started_ms {
+            Some(start_ms) => {
+                vec![Piece::Int((now_ms - start_ms) as i32), Piece::Text(b" ".to_vec())]
+            }
+            None => Vec::new(),
+        }
+    }
+
+    /// Starts the stopwatch. One that runs starts again only if `restarts` is true.
+    pub fn start_stopwatch(&mut self, now_ms: u64, restarts: bool) {
+        if restarts || self.started_ms.is_none() {
+            self.started_ms = Some(now_ms);
+        }
+    }
+
+    fn measure_battery(&mut self, io: &mut Io<'_>) {
+        self.measured_mv = io.controls::<FlightControls>().map(|controls| controls.battery_mv);
+    }
+
+    /// Passes the positions of neighbors to the collision avoidance, as the frames of their messages
+    /// tell them.
+    fn report_peers(
+        pilot: &mut Pilot,
+        peers: &[(u16, Vec3)],
+        aircraft: &dyn Aircraft,
+        now_ms: u64,
+    ) {
+        let here_m = aircraft.status().state.position_m;
+        for (id, way_m) in peers {
+            // The filter refuses frames of the robot's own id and positions that are not finite.
+            let _ = pilot.update_peer(PeerReport {
+                id: *id,
+                position_m: here_m + *way_m,
+                velocity_m_s: None,
+                measured_at_ms: (now_ms as u32).wrapping_sub(FRAME_AGE_MS),
+            });
+        }
+    }
+
+    /// Moves a kinematic body.
+    fn steer(&mut self, io: &mut Io<'_>) {
+        let Some(planned) = &mut self.planned else { return };
+        let heading = io.sensors.estimate().map_or(0.0, |here| here.heading);
+        let command = planned.steer(self.lag_s, TICK_S).map(|command| {
+            let BodyVelocity { velocity_m_s, yaw_rate_rad_s } = command;
+            let (sine, cosine) = libm::sincosf(heading);
+            let velocity_mm_s = velocity_m_s * 1000.0;
+            Velocity {
+                forward: velocity_mm_s.x * cosine + velocity_mm_s.y * sine,
+                left: velocity_mm_s.y * cosine - velocity_mm_s.x * sine,
+                up: velocity_mm_s.z,
+                turn: yaw_rate_rad_s,
+            }
+        });
+        if command.is_some() {
+            self.flown_ms += u64::from(TICK_US / 1000);
+        }
+        let flight = command.map_or(Flight::Off, Flight::Velocity);
+        *io.controls().expect("a body without a flight controller follows a velocity") = flight;
+    }
+}
+
+/// Returns the ids of the neighbors whose frames arrived, and the way to each in m.
+fn heard_peers(io: &Io<'_>) -> Vec<(u16, Vec3)> {
+    let Some(here) = io.sensors.estimate() else { return Vec::new() };
+    let frames = io.inbox.iter().filter_map(|frame| {
+        let [distance, azimuth, elevation] = frame.sighting.place()?;
+        let (sine, cosine) = libm::sincosf(azimuth + here.heading);
+        let (rise, flat) = libm::sincosf(elevation);
+        let way_m = Vec3::new(flat * cosine, flat * sine, rise) * (distance / 1000.0);
+        Some((frame.sighting.robot?.0, way_m))
+    });
+    frames.collect()
+}
+
+/// Returns the log line of a call that the pilot refused.
+fn refusal_text(function: PilotFunction, reason: PilotRefusal) -> String {
+    let remedy = match reason {
+        PilotRefusal::NotArmed => {
+            "; `armed = true` in [body.crazyflie] or in the `model` of its group arms it"
+        }
+        PilotRefusal::Ended(_) => "; the event `restart` does that",
+        _ => "",
+    };
+    format!("{}: {reason}{remedy}", function.name())
+}
+
+impl Autopilot for CrazyflieAutopilot {
+    fn copy(&self) -> Box<dyn Autopilot> {
+        Box::new(self.clone())
+    }
+
+    fn tick(&mut self, io: &mut Io<'_>, battery_mv: Option<u16>) {
+        if let Some(controls) = io.controls::<FlightControls>() {
+            controls.battery_setting_mv = battery_mv;
+        }
+        self.measure_battery(io);
+        let peers = if self.pilot.has_avoidance() { heard_peers(io) } else { Vec::new() };
+        self.act(io, battery_mv, |pilot, aircraft, moment| {
+            Self::report_peers(pilot, &peers, aircraft, moment.now_ms);
+            pilot.tick(aircraft, moment);
+        });
+        self.steer(io);
+    }
+
+    fn battery_mv(&self, _: u64) -> Option<u16> {
+        Some(CrazyflieAutopilot::battery_mv(self))
+    }
+
+    fn give_up(&mut self, _: &mut Io<'_>) {
+        self.pilot.set_script_fault(true);
+    }
+
+    fn start(&mut self) {
+        self.started_ms = None;
+        self.pilot.set_script_fault(false);
+    }
+
+    fn adopt(&mut self, before: &dyn Any) {
+        let before = before.downcast_ref::<CrazyflieAutopilot>().expect("a robot keeps its model");
+        self.flown_ms = before.flown_ms;
+    }
+}
