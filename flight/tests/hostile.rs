@@ -25,6 +25,8 @@ fn run(stack: &mut FlightStack, tick: &mut u32, ticks: u32, climbs: bool) {
     for _ in 0..ticks {
         if climbs {
             stack.fly(&velocity(Vec3::Z * 0.3, 0.0));
+            // A robot that is not ready refuses.
+            let _ = stack.arm();
         }
         *tick += 1;
         if tick.is_multiple_of(10) {

@@ -85,7 +85,6 @@ impl FlightStack {
     pub fn stop(&mut self) {
         self.guidance = Guidance::Absent;
         self.command_ms = None;
-        self.has_climb_request = false;
         self.requests.disarm = true;
     }
 
@@ -179,8 +178,8 @@ impl FlightStack {
         self.plan_flight(|planner, now_s| planner.follow_trajectory(now_s, pieces, is_relative))
     }
 
-    /// Follows a velocity until the next command, for at most half a second. A robot on the ground
-    /// arms and takes off if the velocity leads upwards.
+    /// Follows a velocity until the next command, for at most half a second. An armed robot on the
+    /// ground takes off if the velocity leads upwards.
     ///
     /// A velocity that is not finite stops the robot in the air. If it were ignored, the command
     /// before it would not expire.
@@ -191,7 +190,6 @@ impl FlightStack {
             Guidance::Velocity { velocity: known, is_new: false } if known == *velocity
         );
         self.guide(Guidance::Velocity { velocity: *velocity, is_new: !is_known });
-        self.has_climb_request = velocity.velocity_m_s.z > 0.0;
     }
 
     /// Follows a reference of the caller until the next command, without limits and without a plan.
@@ -247,7 +245,6 @@ impl FlightStack {
     /// Makes this the source of the motion.
     fn guide(&mut self, guidance: Guidance) {
         self.guidance = guidance;
-        self.has_climb_request = false;
         self.renew();
     }
 

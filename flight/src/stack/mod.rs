@@ -105,8 +105,6 @@ pub struct FlightStack {
     supervisor: Supervisor,
     permission: MotorPermission,
     requests: PilotRequests,
-    /// The command in force leads upwards by a velocity, which arms the robot.
-    has_climb_request: bool,
     has_script_fault: bool,
     guidance: Guidance,
     /// Time of the last command or sign of life since the last stop.
@@ -154,7 +152,6 @@ impl FlightStack {
             supervisor: Supervisor::new(),
             permission: MotorPermission::Off,
             requests: PilotRequests::default(),
-            has_climb_request: false,
             has_script_fault: false,
             guidance: Guidance::Absent,
             command_ms: None,
@@ -352,12 +349,7 @@ impl FlightStack {
             self.was_low = state.position_m.z - self.ground_m < BLIND_HEIGHT_M;
         }
         let input = SupervisorInput {
-            requests: PilotRequests {
-                // A request counts once, so it must not begin before the checks pass.
-                arm: self.requests.arm
-                    || self.has_climb_request && self.stage() == SupervisorStage::Ready,
-                ..self.requests
-            },
+            requests: self.requests,
             imu: watched.map(|()| self.last_sample),
             is_calibrated: self.calibrator.calibration().is_some(),
             up_z: (state.attitude * Vec3::Z).z,

@@ -110,16 +110,21 @@ fn a_take_off_gives_thrust_and_expires() {
     assert_eq!(robot.stack.hover(), Err(FlightRefusal::NotFlying));
 }
 
+/// A velocity moves an armed robot only.
 #[test]
-fn only_a_climb_arms_by_a_velocity() {
+fn no_velocity_arms() {
     let mut robot = Standing::new();
     robot.wait_alive(1000);
-    let mut velocity = VelocityCommand::STOP;
-    robot.stack.fly(&velocity);
-    robot.wait(10);
-    assert_eq!(robot.stack.stage(), SupervisorStage::Ready);
-    velocity.velocity_m_s.z = 0.2;
-    robot.stack.fly(&velocity);
-    robot.wait(10);
-    assert_eq!(robot.stack.stage(), SupervisorStage::Arming);
+    let climb = VelocityCommand { velocity_m_s: Vec3::Z * 0.2, ..VelocityCommand::STOP };
+    for _ in 0..1000 {
+        robot.stack.fly(&climb);
+        robot.wait(1);
+        assert_eq!(robot.stack.stage(), SupervisorStage::Ready);
+    }
+    robot.stack.arm().expect("not ready");
+    for _ in 0..500 {
+        robot.stack.fly(&climb);
+        robot.wait(1);
+    }
+    assert_eq!(robot.stack.stage(), SupervisorStage::Flying);
 }

@@ -220,6 +220,8 @@ fn fly_to_fault(room: &mut Room, pilot: &mut Pilot, scenario: &Scenario) {
                 room.stack.fly(&VelocityCommand::STOP);
             } else {
                 room.stack.fly(&pilot.command(&room.stack.state()));
+                // A person arms once the robot is ready; later requests are refused.
+                let _ = room.stack.arm();
             }
         }
         room.tick();
