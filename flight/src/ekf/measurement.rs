@@ -44,6 +44,31 @@ pub struct FlowMeasurement {
     pub seconds: f32,
 }
 
+/// What the PMW3901 tells about the surface below it, in the same burst as the counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FlowSurface {
+    /// Number of features that the sensor sees, divided by 4 (register SQUAL).
+    pub quality: u8,
+    /// Time of exposure in cycles of the sensor's clock (registers SHUTTER).
+    pub shutter: u16,
+}
+
+/// Quality below which, with the longest exposure, a picture shows no motion (PixArt's application
+/// note on the PMW3901, recalled). Such a sensor counts too little or nothing.
+const QUALITY_MIN: u8 = 0x19;
+const SHUTTER_MAX: u16 = 0x1f00;
+
+impl FlowSurface {
+    /// Returns the standard deviation of counts over this surface, or `None` if they are not usable.
+    ///
+    /// The noise by the exposure is that of crazyflie-firmware 2a18fc29 (`flowdeck_v1v2.c`).
+    #[must_use]
+    pub fn sigma_counts(&self) -> Option<f32> {
+        let shows_motion = self.quality >= QUALITY_MIN || self.shutter < SHUTTER_MAX;
+        shows_motion.then_some(7.984e-4 * f32::from(self.shutter) + 0.4335)
+    }
+}
+
 /// A reason why the filter did not use a measurement or a sample at all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EkfRefusal {
@@ -109,5 +134,19 @@ pub(super) fn check_attitude(attitude: Quat) -> Result<(), EkfRefusal> {
         Err(EkfRefusal::OutOfRange)
     } else {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dark_surface_is_noisy_and_one_without_features_is_refused() {
+        let sigma = |quality, shutter| FlowSurface { quality, shutter }.sigma_counts();
+        assert!((sigma(80, 1962).unwrap() - 2.0).abs() < 1e-3);
+        assert!(sigma(80, 100).unwrap() < 0.6);
+        assert!(sigma(0x18, 0x1eff).is_some() && sigma(0x19, u16::MAX).is_some());
+        assert_eq!(sigma(0x18, 0x1f00), None);
     }
 }

@@ -49,7 +49,7 @@ use glam::{Mat3, Quat, Vec2, Vec3, Vec3Swizzles};
 pub use config::{EkfConfig, EkfNoise, EkfSigma, Linearization};
 pub use health::EkfHealth;
 pub use measurement::{
-    EkfOutcome, EkfRefusal, FlowMeasurement, PoseMeasurement, PositionMeasurement,
+    EkfOutcome, EkfRefusal, FlowMeasurement, FlowSurface, PoseMeasurement, PositionMeasurement,
 };
 
 use crate::{FlightState, GRAVITY_M_S2, ImuSample};

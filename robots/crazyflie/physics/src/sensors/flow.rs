@@ -29,6 +29,26 @@ pub enum QuantizationRemainder {
     Discarded,
 }
 
+/// The floor as the sensor sees it. The model is a choice: of a floor with few features, the sensor
+/// follows only a part of the motion, and says so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FloorSurface {
+    /// Share of the features of a usual floor, 0 to 1, and of the motion that the sensor follows.
+    pub texture: f64,
+    /// Time of exposure in cycles of the sensor's clock.
+    pub shutter: u16,
+}
+
+/// Quality that the sensor reports above a usual floor (choice).
+const USUAL_QUALITY: f64 = 100.0;
+
+impl FloorSurface {
+    /// A usual floor. By Bitcraze's formula this exposure has a noise of 2 counts.
+    pub const USUAL: Self = FloorSurface { texture: 1.0, shutter: 1962 };
+    /// A white, glossy floor in the dark, of whose motion the sensor sees a fifth.
+    pub const FEATURELESS: Self = FloorSurface { texture: 0.2, shutter: 0x1fff };
+}
+
 /// The properties of a flow sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlowSettings {
@@ -64,6 +84,10 @@ pub struct FlowCounts {
     pub x: i16,
     /// Motion along the body's y axis in counts.
     pub y: i16,
+    /// Number of features that the sensor sees, divided by 4.
+    pub quality: u8,
+    /// Time of exposure in cycles of the sensor's clock.
+    pub shutter: u16,
     /// False if the sensor saw no texture: too near, too far, too fast or too tilted.
     pub is_valid: bool,
 }
@@ -72,6 +96,7 @@ pub struct FlowCounts {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlowSensor {
     settings: FlowSettings,
+    surface: FloorSurface,
     noise: NoiseStream,
     sum_counts: DVec2,
     is_valid: bool,
@@ -87,6 +112,7 @@ impl FlowSensor {
     pub fn new(settings: FlowSettings, seed: u64) -> Self {
         FlowSensor {
             settings,
+            surface: FloorSurface::USUAL,
             noise: NoiseStream::new(seed, NoiseConsumer::Flow),
             sum_counts: DVec2::ZERO,
             is_valid: true,
@@ -97,6 +123,11 @@ impl FlowSensor {
     /// Sets or clears the fault.
     pub fn set_fault(&mut self, fault: Option<SensorFault>) {
         self.gate.fault = fault;
+    }
+
+    /// Replaces the floor, which is a usual one at first.
+    pub fn set_surface(&mut self, surface: FloorSurface) {
+        self.surface = surface;
     }
 
     /// Follows one step above a ground of this height, and returns a reading every 20 steps.
@@ -111,7 +142,7 @@ impl FlowSensor {
             && (settings.least_height_m..=settings.most_height_m).contains(&height_m)
             && flow.abs().max_element() <= settings.most_flow_rad_s;
         if is_seen {
-            self.sum_counts += flow * (COUNTS_PER_RAD * STEP_S);
+            self.sum_counts += flow * (COUNTS_PER_RAD * STEP_S * self.surface.texture);
         } else {
             self.is_valid = false;
         }
@@ -120,6 +151,9 @@ impl FlowSensor {
         }
         let deviation = settings.sigma_counts * self.gate.noise_factor();
         let noise = DVec2::new(self.noise.normal(), self.noise.normal()) * deviation;
+        // A conversion to an integer limits the number.
+        let quality = (USUAL_QUALITY * self.surface.texture) as u8;
+        let shutter = self.surface.shutter;
         let reading = if self.is_valid {
             let total = self.sum_counts + noise;
             let counts = total.round();
@@ -127,10 +161,10 @@ impl FlowSensor {
                 QuantizationRemainder::Carried => total - counts,
                 QuantizationRemainder::Discarded => DVec2::ZERO,
             };
-            FlowCounts { x: counts.x as i16, y: counts.y as i16, is_valid: true }
+            FlowCounts { x: counts.x as i16, y: counts.y as i16, quality, shutter, is_valid: true }
         } else {
             self.sum_counts = DVec2::ZERO;
-            FlowCounts { x: 0, y: 0, is_valid: false }
+            FlowCounts { x: 0, y: 0, quality, shutter, is_valid: false }
         };
         self.is_valid = true;
         self.gate.pass(reading)
@@ -199,6 +233,17 @@ mod tests {
         let y: i32 = readings.iter().map(|r| i32::from(r.y)).sum();
         assert!((f64::from(x) - 2.0 * bearing.x).abs() < 1.0, "{x} {bearing}");
         assert!((f64::from(y) - 2.0 * bearing.y).abs() < 1.0, "{y} {bearing}");
+    }
+
+    /// 2.44 counts in 10 ms, of which a fifth is seen.
+    #[test]
+    fn a_floor_without_features_shows_a_part_of_the_motion() {
+        let mut sensor = noiseless(QuantizationRemainder::Carried);
+        sensor.set_surface(FloorSurface::FEATURELESS);
+        let readings = run(&mut sensor, moving(1.0, DVec3::new(0.5, 0.0, 0.0)), 100);
+        let sum: i16 = readings.iter().map(|reading| reading.x).sum();
+        assert!((48..=49).contains(&sum), "{sum}");
+        assert!(readings.iter().all(|r| (r.quality, r.shutter) == (20, 0x1fff)));
     }
 
     #[test]

@@ -13,7 +13,7 @@ mod motion_capture;
 mod vibration;
 
 pub use fault::SensorFault;
-pub use flow::{FlowCounts, FlowSensor, FlowSettings, QuantizationRemainder};
+pub use flow::{FloorSurface, FlowCounts, FlowSensor, FlowSettings, QuantizationRemainder};
 pub use height::{HeightReading, HeightSensor};
 pub use imu::{Imu, ImuCounts, ImuSettings};
 pub use motion_capture::{CapturedPose, MotionCapture, MotionCaptureSettings};

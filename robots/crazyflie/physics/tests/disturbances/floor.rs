@@ -1,5 +1,9 @@
-//! Landings of a robot with a Flow deck on a floor that is not the one of its take-off.
+//! Floors below a robot with a Flow deck: higher or lower than the one of its take-off, or without
+//! features.
 
+use bittybuzz_crazyflie_physics::sensors::FloorSurface;
+use bittybuzz_flight::Vec3;
+use bittybuzz_flight::planner::Destination;
 use bittybuzz_flight::supervisor::SupervisorStage;
 
 use crate::flight_closed_loop::rig::Rig;
@@ -53,5 +57,30 @@ fn a_robot_takes_off_from_a_table() {
         rig.surroundings.ground_m = 0.0;
         rig.run(1.0, |_| {});
         land(&mut rig, 0.0);
+    }
+}
+
+/// A robot at 0.5 m/s comes above a floor whose motion the flow sensor sees to a fifth. If it trusted
+/// the counts, it would fly five times as fast.
+#[test]
+fn a_floor_without_features_ends_the_flight() {
+    for seed in 1..=10 {
+        let mut rig = Rig::with_deck(seed);
+        rig.take_off(0.8);
+        let destination = Destination::Relative { displacement_m: Vec3::X * 2.0, turn_rad: 0.0 };
+        rig.stack.go_to(destination, Some(4.0)).expect("refused");
+        rig.run(1.5, |_| {});
+        rig.set_surface(FloorSurface::FEATURELESS);
+        let mut fastest_m_s = 0.0_f64;
+        rig.run(0.6, |rig| {
+            fastest_m_s = fastest_m_s.max(rig.drone.state().velocity_m_s.truncate().length());
+        });
+        assert_eq!(rig.stack.stage(), SupervisorStage::LevelOut);
+        rig.run(6.0, |rig| {
+            fastest_m_s = fastest_m_s.max(rig.drone.state().velocity_m_s.truncate().length());
+        });
+        assert!(!rig.drone.has_crashed() && rig.drone.state().position_m.z < 0.02);
+        // A move of 2 m in 4 s has 1.1 m/s at most.
+        assert!(fastest_m_s < 1.3, "{fastest_m_s}");
     }
 }

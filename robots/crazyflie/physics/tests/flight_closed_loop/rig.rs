@@ -1,13 +1,13 @@
 //! A robot with its flight controller.
 
 use bittybuzz_crazyflie_physics::sensors::{
-    FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuSettings, MotionCapture,
-    MotionCaptureSettings, SensorFault,
+    FloorSurface, FlowCounts, FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu,
+    ImuSettings, MotionCapture, MotionCaptureSettings, SensorFault,
 };
 use bittybuzz_crazyflie_physics::{
     Airframe, DVec3, Drone, DroneState, DroneSurroundings, STEP_S, Wind,
 };
-use bittybuzz_flight::ekf::{FlowMeasurement, PoseMeasurement, PositionMeasurement};
+use bittybuzz_flight::ekf::{FlowMeasurement, FlowSurface, PoseMeasurement, PositionMeasurement};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::supervisor::SupervisorStage;
 use bittybuzz_flight::{FlightState, ImuSample, MotorDuties};
@@ -30,6 +30,12 @@ pub enum Positioning {
 pub struct DeckReadings {
     pub counts: Option<[f64; 2]>,
     pub range_m: Option<f64>,
+}
+
+/// Returns false for counts over a floor that shows no motion.
+fn is_usable(counts: &FlowCounts) -> bool {
+    let FlowCounts { quality, shutter, .. } = *counts;
+    FlowSurface { quality, shutter }.sigma_counts().is_some()
 }
 
 /// A robot with its flight controller.
@@ -95,6 +101,13 @@ impl Rig {
     pub fn set_range_fault(&mut self, fault: Option<SensorFault>) {
         if let Positioning::Deck { height, .. } = &mut self.positioning {
             height.set_fault(fault);
+        }
+    }
+
+    /// Replaces the floor that the flow sensor sees.
+    pub fn set_surface(&mut self, surface: FloorSurface) {
+        if let Positioning::Deck { flow, .. } = &mut self.positioning {
+            flow.set_surface(surface);
         }
     }
 
@@ -184,6 +197,7 @@ impl Rig {
                 let ground_m = self.surroundings.ground_m;
                 if let Some(counts) = flow.sample(state, ground_m)
                     && counts.is_valid
+                    && is_usable(&counts)
                 {
                     self.readings.counts = Some([counts.x.into(), counts.y.into()]);
                     self.stack.receive_flow(&FlowMeasurement {
