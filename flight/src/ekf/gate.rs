@@ -61,6 +61,11 @@ pub(super) struct Deviation {
 const AGREEING: u8 = 3;
 
 impl Deviation {
+    /// Returns the last innovation.
+    pub fn last(&self) -> Vec3 {
+        self.last
+    }
+
     /// Takes the next innovation. Returns true if the last ones differ from each other by no more than
     /// noise of this variance and a slow effect explain, which changes by at most `change` between
     /// two measurements.

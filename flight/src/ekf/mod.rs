@@ -10,23 +10,28 @@
 //! 2017, doi 10.2514/1.G000848).
 //!
 //! # Prediction
-//! The estimate advances with each inertial sample. In flight only the accelerometer along z counts,
-//! because thrust and drag act along it; along x and y the model expects linear drag. On the ground
-//! the whole specific force counts. The covariance follows every 10 ms, or before an update.
+//! The estimate advances with each inertial sample. In flight the accelerometer along z counts,
+//! because thrust and drag act along it; along x and y the model expects linear drag, and the
+//! accelerometer counts as far as it shows an outer force (`outer.rs`). On the ground the whole
+//! specific force counts. The covariance follows every 10 ms, or before an update.
 //!
 //! # Updates
 //! Scalars are processed one after the other against one linearization, which equals a joint update.
 //! A gate with the χ² quantile of 0.9999 protects each group: the three axes of a position, the three
 //! axes of an attitude, each axis of flow, a height, a range and a yaw. One failed gate rejects the
-//! whole measurement.
+//! whole measurement. What persists is no noise: it passes up to a floor (`gate.rs`).
+//!
+//! Range and flow are about the floor below the robot, whose height is no state: a step that
+//! several ranges show moves it (`terrain.rs`).
 //!
 //! # Late measurements
 //! A position or pose that is up to 100 ms old is compared with the estimate at its own time. The
 //! difference corrects the present: this neglects the growth of the error in between, which is
-//! age · (error of the velocity), or 0.2 mm for 10 ms and 2 cm/s.
+//! age · (error of the velocity), or 0.2 mm for 10 ms and 2 cm/s. The filter estimates by how much
+//! poses are older than it is told (`pose_age.rs`).
 //!
 //! # Cost
-//! The filter takes 1.7 KB, of which the covariance takes 676 bytes. A scalar update needs about
+//! The filter takes 1.8 KB, of which the covariance takes 676 bytes. A scalar update needs about
 //! 13² multiplications, a prediction about 22·50, since the Jacobian is applied as blocks to 22 rows
 //! and columns.
 

@@ -149,13 +149,10 @@ impl Ekf {
         self.position_persists
     }
 
-    /// Returns the jump in m and in rad from the estimate to a pose, or `None` if the pose cannot be
-    /// used.
-    pub fn jump_to_pose(&self, measured: &PoseMeasurement) -> Option<(f32, f32)> {
-        let (past, _) = self.past_of_pose(measured).ok()?;
-        let turn = measured.attitude.normalize() * past.attitude.conjugate();
-        let angle_rad = 2.0 * turn.xyz().length();
-        Some((measured.position_m.distance(past.position_m), angle_rad))
+    /// Returns the distance in m and the turn in rad between the last position or pose and the estimate
+    /// at its time. A position has no turn of its own.
+    pub fn displacement(&self) -> (f32, f32) {
+        (self.position_deviation.last().length(), self.attitude_deviation.last().length())
     }
 
     /// Moves position and attitude by the difference between a measurement and the estimate at its

@@ -19,6 +19,11 @@
 //! nothing near the ground either, so a position that is lost below 0.15 m stays valid for 3 s
 //! there.
 //!
+//! # In the air
+//! The gates of the filter let pass what persists up to a few centimeters. Poses that are displaced
+//! further are adopted, or end the flight ([`FlightStack::receive_pose`]). A step of the floor that
+//! the range sensor sees moves the ground on which the robot lands.
+//!
 //! A landing leads to the ground at rest, and then further down at 8 cm/s until the robot stands
 //! with much less thrust than it weighs.
 
@@ -196,22 +201,12 @@ impl FlightStack {
             return;
         }
         let outcome = self.filter.update_pose(pose);
-        if self.is_flying() {
-            let is_place = self.filter.jump_to_pose(pose).is_some_and(|(jump_m, turn_rad)| {
-                self.is_near_jump(jump_m, pose.position_m) && turn_rad <= ADOPTED_TURN_RAD
-            });
-            let persists = self.filter.position_persists();
-            self.pose_trust.note((pose.position_m, pose.attitude), 0.0, persists, &outcome);
-            if matches!(outcome, EkfOutcome::Rejected { .. })
-                && self.filter.health().is_displaced
-                && is_place
-            {
-                // A pose that is refused leaves the filter as it is.
-                let _ = self.filter.adopt_pose(pose);
-            }
-        } else if !outcome.is_accepted() && self.filter.health().is_lost {
+        let (_, turn_rad) = self.filter.displacement();
+        let may_adopt = turn_rad <= ADOPTED_TURN_RAD;
+        if self.adopts((pose.position_m, pose.attitude), may_adopt, &outcome) {
+            // A pose that is refused leaves the filter as it is.
             let _ = self.filter.adopt_pose(pose);
-            self.ground_m = self.filter.state().position_m.z;
+            self.stand_where_adopted();
         }
     }
 
@@ -222,25 +217,32 @@ impl FlightStack {
             return;
         }
         let outcome = self.filter.update_position(position);
-        if self.is_flying() {
-            let jump_m = position.position_m.distance(self.filter.state().position_m);
-            let persists = self.filter.position_persists();
-            self.pose_trust.note((position.position_m, Quat::IDENTITY), 0.0, persists, &outcome);
-            if matches!(outcome, EkfOutcome::Rejected { .. })
-                && self.filter.health().is_displaced
-                && self.is_near_jump(jump_m, position.position_m)
-            {
-                let _ = self.filter.adopt_position(position);
-            }
-        } else if !outcome.is_accepted() && self.filter.health().is_lost {
+        if self.adopts((position.position_m, Quat::IDENTITY), true, &outcome) {
             let _ = self.filter.adopt_position(position);
-            self.ground_m = self.filter.state().position_m.z;
+            self.stand_where_adopted();
         }
     }
 
-    /// Returns true if a displaced place may be that of this robot.
-    fn is_near_jump(&self, jump_m: f32, position_m: Vec3) -> bool {
-        jump_m <= ADOPTED_JUMP_M && !self.peers.has_near(position_m, self.now_ms())
+    /// Notes the filter's answer to a pose, and returns true if it is displaced and is adopted.
+    fn adopts(&mut self, pose: (Vec3, Quat), may_adopt: bool, outcome: &EkfOutcome) -> bool {
+        let health = self.filter.health();
+        if !self.is_flying() {
+            return !outcome.is_accepted() && health.is_lost;
+        }
+        let persists = self.filter.position_persists();
+        self.pose_trust.note(pose, 0.0, persists, outcome);
+        let (jump_m, _) = self.filter.displacement();
+        matches!(outcome, EkfOutcome::Rejected { .. })
+            && health.is_displaced
+            && may_adopt
+            && jump_m <= ADOPTED_JUMP_M
+            && !self.peers.has_near(pose.0, self.now_ms())
+    }
+
+    fn stand_where_adopted(&mut self) {
+        if !self.is_flying() {
+            self.ground_m = self.filter.state().position_m.z;
+        }
     }
 
     /// Takes counts of the flow sensor.

@@ -51,6 +51,7 @@
 //! * The battery has one resistance and no recovery. Its current depends on the thrust only.
 //! * The ground is flat and level below each robot. Springs of contact are softer than plastic.
 //! * Downwash and ground effect are formulas of another simulator with limits.
+//! * Wind is the same at the whole robot, and blows on it near the ground too.
 //! * Sensors sit at the center of mass. There is no barometer.
 //! * A crash does not break anything: the caller decides what follows.
 //!
