@@ -491,7 +491,7 @@ impl Pilot {
             return;
         }
         self.permission.end(PermissionEnd::Battery);
-        if !matches!(self.task, Task::Rest | Task::Land) {
+        if !matches!(self.task, Task::Rest | Task::Start { .. } | Task::Land) {
             self.land(None, aircraft, now_ms);
         }
     }
@@ -507,6 +507,10 @@ impl Pilot {
                 }
             }
             Task::Start { height_m, pace_m_s, until_ms } => {
+                if let Err(reason) = self.require_permission(moment.now_ms) {
+                    self.fail(reason, aircraft);
+                    return;
+                }
                 self.start(height_m, pace_m_s, aircraft, moment.now_ms);
                 let has_started = !matches!(self.task, Task::Start { .. });
                 if !has_started && moment.now_ms >= until_ms {

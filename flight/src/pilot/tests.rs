@@ -1,6 +1,7 @@
 //! Flights of a robot that follows its references without an error.
 
 use super::*;
+use crate::avoidance::AvoidanceSettings;
 use std::format;
 use std::string::ToString;
 
@@ -163,6 +164,24 @@ fn a_fault_of_the_script_ends_flight_and_permission() {
     assert_eq!(robot.begin(PilotFunction::GoTo, &[1.0, 0.0, 500.0]), refused(reason, true));
 }
 
+/// A robot that has armed, and not yet taken off, disarms.
+#[test]
+fn a_permission_that_ends_stops_a_take_off() {
+    let mut robot = Robot::armed();
+    assert_eq!(robot.begin(PilotFunction::TakeOff, &[500.0]), PilotAnswer::Waiting);
+    robot.tick();
+    assert_eq!(robot.aircraft.status().stage, SupervisorStage::Armed);
+    robot.pilot.set_script_fault(true);
+    robot.tick();
+    assert_eq!(robot.aircraft.status().stage, SupervisorStage::Ready);
+    let moment = robot.moment();
+    let take_off = PilotFunction::TakeOff;
+    let answer = robot.pilot.call(take_off, &[500.0], true, &mut robot.aircraft, moment);
+    assert_eq!(answer, refused(PilotRefusal::Ended(PermissionEnd::ScriptFault), true));
+    robot.wait(50);
+    assert_eq!(robot.top_m, 0.0);
+}
+
 #[test]
 fn an_empty_battery_ends_the_flight_after_five_seconds() {
     let mut robot = Robot::armed();
@@ -209,6 +228,36 @@ fn a_flight_that_is_held_back_ends_a_second_after_its_plan() {
     assert_eq!(answer, PilotAnswer::Done(false));
     let took_ms = robot.now_ms - begin_ms;
     assert!((3187..3400).contains(&took_ms), "{took_ms} ms");
+}
+
+/// A robot that lands above another one stays away from it, and lands once that one has gone. The
+/// ellipsoid of a robot is 0.3 m wide and 0.9 m high, and two keep twice that.
+#[test]
+fn a_landing_gives_way_to_a_robot_below() {
+    let mut robot = Robot::armed();
+    robot.pilot.set_avoidance(Avoidance::new(0, AvoidanceSettings::CRAZYFLIE));
+    let (answer, _) = robot.call(PilotFunction::TakeOff, &[2500.0]);
+    assert_eq!(answer, PilotAnswer::Done(true));
+    assert_eq!(robot.begin(PilotFunction::Land, &[]), PilotAnswer::Waiting);
+    let below_m = Vec3::new(0.0, 0.0, 0.5);
+    for _ in 0..60 {
+        let report = PeerReport {
+            id: 1,
+            position_m: below_m,
+            velocity_m_s: None,
+            measured_at_ms: robot.now_ms as u32,
+        };
+        robot.pilot.update_peer(report).expect("the report is of another robot");
+        robot.tick();
+        let apart = (robot.position_m - below_m) / Vec3::new(0.6, 0.6, 1.8);
+        assert!(apart.length() > 0.95, "{}", robot.position_m);
+    }
+    assert!(robot.position_m.z > 0.1, "{}", robot.position_m);
+    // Reports are forgotten after 5 s.
+    robot.wait(150);
+    assert_eq!(robot.position_m.z, 0.0);
+    let (answer, _) = robot.call(PilotFunction::TakeOff, &[500.0]);
+    assert_eq!(answer, PilotAnswer::Done(true));
 }
 
 #[test]
