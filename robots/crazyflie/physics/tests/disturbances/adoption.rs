@@ -1,4 +1,5 @@
-//! Poses that are displaced in flight: adopted, or the end of the flight.
+//! Poses that are displaced in flight: adopted, or the end of the flight; and positions without
+//! attitude, and old ones.
 
 use bittybuzz_crazyflie_physics::DVec3;
 use bittybuzz_flight::Vec3;
@@ -85,5 +86,20 @@ fn positions_without_attitude_are_enough() {
         let (stage, error_m) = displace(&mut rig, DVec3::Y * 0.2);
         assert_eq!(stage, SupervisorStage::Flying);
         assert!(error_m < 0.01, "{error_m}");
+    }
+}
+
+/// Poses that are 90 ms old, by a slow radio whose delay is known.
+#[test]
+fn old_poses_of_a_known_age_are_enough() {
+    for seed in SEEDS {
+        let mut rig = Rig::with_capture(seed);
+        rig.capture().expect("a capture").set_latency_steps(180);
+        rig.take_off(0.8);
+        let destination = Destination::Relative { displacement_m: Vec3::X, turn_rad: 0.0 };
+        rig.stack.go_to(destination, Some(2.0)).expect("refused");
+        let mut errors = Vec::new();
+        rig.run(3.0, |rig| errors.push(rig.true_error_m()));
+        assert!(rms(&errors) < 0.03, "{seed}: {}", rms(&errors));
     }
 }
