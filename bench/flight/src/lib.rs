@@ -9,10 +9,10 @@
 //! 3. **A flight is the same every time**: noise comes from a fixed seed.
 //!
 //! # Flights
-//! A robot stands still until it is calibrated, takes off, and flies with changing velocities, until
-//! it lands. Ten other robots report their positions ten times per second, near enough to limit the
-//! velocity, and the robot gets its velocity from the [collision avoidance](bittybuzz_flight::avoidance)
-//! at the same rate.
+//! A robot stands still until it is calibrated. A person arms it, and its script calls functions of
+//! the robot file: it takes off, flies with changing velocities, and falls silent, so that the
+//! supervisor lands it. Ten other robots report their positions ten times per second, near enough
+//! that the collision avoidance of the [pilot](bittybuzz_flight::pilot) limits the velocity.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -24,7 +24,9 @@ mod drone;
 
 use bittybuzz_bench::{Mark, Meter};
 use bittybuzz_flight::avoidance::{Avoidance, AvoidanceSettings, PeerReport};
-use bittybuzz_flight::planner::{VelocityCommand, VelocityFrame};
+use bittybuzz_flight::pilot::{
+    PEERS, Pilot, PilotAnswer, PilotFunction, PilotMoment, PilotSettings,
+};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::{MotorDuties, Vec3};
 
@@ -35,19 +37,17 @@ use drone::SimpleDrone;
 pub const SENSORS_SYMBOL: &str = "FLIGHT_SENSORS";
 
 /// Duration of the measured flight in ticks of 1 ms; it ends during the landing.
-pub const FLIGHT_TICKS: u32 = 5000;
+pub const FLIGHT_TICKS: u32 = 5800;
 /// First tick of the flight's part with changing velocities.
-pub const CRUISE_FROM: u32 = 2200;
+pub const CRUISE_FROM: u32 = 3000;
 /// First tick after that part.
-pub const CRUISE_UNTIL: u32 = 4200;
+pub const CRUISE_UNTIL: u32 = 5000;
 
-/// Reports of other robots that the collision avoidance keeps.
-const PEERS: usize = 10;
-/// Ticks before the take-off, in which the robot is calibrated and commanded to stay.
+/// Ticks before the take-off, in which the robot is calibrated.
 const REST_TICKS: u32 = 800;
 /// Tick from which on no command arrives, so that the supervisor lands the robot.
 const LAST_COMMAND: u32 = CRUISE_UNTIL;
-/// Ticks between two commands, and between two reports of each other robot.
+/// Ticks between two steps of the script, and between two reports of each other robot.
 const COMMAND_TICKS: u32 = 100;
 /// Ticks between two poses, and between two readings of the flow sensor.
 const POSE_TICKS: u32 = 10;
@@ -55,6 +55,8 @@ const POSE_TICKS: u32 = 10;
 const RANGE_TICKS: u32 = 25;
 /// Voltage of the battery in V.
 const BATTERY_V: f32 = 3.8;
+/// Height of the take-off in mm. The planner's shortest time for it is 1.75 s.
+const TAKE_OFF_MM: f32 = 400.0;
 /// Distance in m of the other robots from the start, horizontally.
 const RING_M: f32 = 1.1;
 
@@ -80,9 +82,9 @@ pub enum FlightTask {
     Flow = 3,
     /// `FlightStack::receive_range`.
     Range = 4,
-    /// `Avoidance::update_peer`.
+    /// `Pilot::update_peer`.
     PeerReport = 5,
-    /// `Avoidance::limit` and `FlightStack::fly`.
+    /// `Pilot::call` and `Pilot::tick`.
     Command = 6,
 }
 
@@ -103,7 +105,9 @@ impl FlightTask {
 #[derive(Debug)]
 pub struct BenchFlight {
     stack: FlightStack,
-    avoidance: Option<Avoidance<PEERS>>,
+    pilot: Pilot,
+    /// The script waits for its take-off.
+    is_waiting: bool,
     drone: SimpleDrone,
     sensors: FlightSensors,
     duties: MotorDuties,
@@ -116,11 +120,16 @@ impl BenchFlight {
     /// Creates a flight of a robot that stands still.
     #[must_use]
     pub fn new(sensors: FlightSensors) -> Self {
-        let settings = StackSettings::CRAZYFLIE_2_1_PLUS;
+        let limits = PilotSettings::CRAZYFLIE.limits;
+        let settings = StackSettings { limits, ..StackSettings::CRAZYFLIE_2_1_PLUS };
         let drone = SimpleDrone::new(settings.vehicle);
+        let mut pilot = Pilot::new(PilotSettings::CRAZYFLIE);
+        pilot.permit(0);
+        pilot.set_avoidance(Avoidance::new(0, AvoidanceSettings::CRAZYFLIE));
         BenchFlight {
             stack: FlightStack::new(settings, &drone.state()),
-            avoidance: Avoidance::new(0, AvoidanceSettings::CRAZYFLIE),
+            pilot,
+            is_waiting: false,
             drone,
             sensors,
             duties: MotorDuties::default(),
@@ -171,28 +180,33 @@ impl BenchFlight {
         self.tick += 1;
     }
 
-    /// Passes the reports of other robots and a command on when they are due.
+    /// Passes the reports of other robots on, and lets script and pilot act, when they are due.
     fn command(&mut self, meter: &mut impl Meter) {
         let phase = self.tick % COMMAND_TICKS;
-        let Some(avoidance) = &mut self.avoidance else { return };
         if let Some(number) = (phase as usize).checked_sub(1).filter(|number| *number < PEERS) {
             let report = peer_report(number, self.tick);
             // A report that is refused would leave the table as it is.
-            let _ = count(meter, FlightTask::PeerReport, || avoidance.update_peer(report));
+            let _ = count(meter, FlightTask::PeerReport, || self.pilot.update_peer(report));
         }
         if phase == 0 {
-            let wanted = wanted_velocity(self.tick);
-            let yaw_rate_rad_s = if self.tick < CRUISE_FROM { 0.0 } else { 0.5 };
-            count(meter, FlightTask::Command, || {
-                let state = self.stack.state();
-                let safe = avoidance.limit(state.position_m, state.velocity_m_s, wanted, self.tick);
-                self.stack.fly(&VelocityCommand {
-                    frame: VelocityFrame::World,
-                    velocity_m_s: safe.velocity_m_s,
-                    yaw_rate_rad_s,
-                });
-            });
+            count(meter, FlightTask::Command, || self.step_script());
         }
+    }
+
+    /// Executes a step of the script: the function that is due, and what the pilot does then.
+    fn step_script(&mut self) {
+        let battery_mv = (BATTERY_V * 1000.0) as u16;
+        let moment = PilotMoment { now_ms: self.tick.into(), battery_mv };
+        let BenchFlight { pilot, stack, is_waiting, .. } = self;
+        if self.tick >= CRUISE_FROM {
+            let velocity_mm_s = wanted_velocity(self.tick);
+            pilot.call(PilotFunction::MoveToward, &velocity_mm_s, false, stack, moment);
+        } else if self.tick == REST_TICKS || *is_waiting {
+            let take_off = PilotFunction::TakeOff;
+            let answer = pilot.call(take_off, &[TAKE_OFF_MM], *is_waiting, stack, moment);
+            *is_waiting = answer == PilotAnswer::Waiting;
+        }
+        pilot.tick(stack, moment);
     }
 }
 
@@ -205,19 +219,13 @@ fn count<R>(meter: &mut impl Meter, task: FlightTask, work: impl FnOnce() -> R) 
     result
 }
 
-/// Returns the velocity that the robot wants: none at first, then upwards, then to each side in turn.
-fn wanted_velocity(tick: u32) -> Vec3 {
-    if tick < REST_TICKS {
-        return Vec3::ZERO;
-    }
-    if tick < CRUISE_FROM {
-        return Vec3::new(0.0, 0.0, 0.4);
-    }
+/// Returns the velocity ahead and to the left in mm/s that the script wants: to each side in turn.
+fn wanted_velocity(tick: u32) -> [f32; 2] {
     match (tick - CRUISE_FROM) / 500 {
-        0 => Vec3::new(0.5, 0.0, 0.0),
-        1 => Vec3::new(0.0, 0.5, 0.1),
-        2 => Vec3::new(-0.5, 0.0, 0.0),
-        _ => Vec3::new(0.0, -0.5, -0.1),
+        0 => [500.0, 0.0],
+        1 => [0.0, 500.0],
+        2 => [-500.0, 0.0],
+        _ => [0.0, -500.0],
     }
 }
 
@@ -237,6 +245,7 @@ fn peer_report(number: usize, tick: u32) -> PeerReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bittybuzz_flight::supervisor::SupervisorStage;
     use std::vec::Vec;
 
     /// Keeps all marks.
@@ -260,7 +269,7 @@ mod tests {
         marks.iter().filter(|mark| **mark == (Mark::Begin, task as u32)).count()
     }
 
-    /// The robot climbs for a second at 0.4 m/s, and lands when commands stay away.
+    /// The robot takes off to 400 mm, and lands when the script falls silent.
     #[test]
     fn robot_flies_and_lands() {
         for sensors in [FlightSensors::Pose, FlightSensors::Deck] {
@@ -270,6 +279,8 @@ mod tests {
             assert!(error_mm < 300, "{error_mm} mm");
             assert!((0.3..1.0).contains(&flight.top_m), "{} m", flight.top_m);
             assert!(flight.drone.is_airborne());
+            // A flight without a position would not be a normal one.
+            assert_eq!(flight.stack.stage(), SupervisorStage::Landing, "{sensors:?}");
             for _ in 0..4000 {
                 flight.step(&mut Recorder::default());
             }
@@ -283,8 +294,8 @@ mod tests {
         assert_eq!(times(&marks, FlightTask::Nothing), 1);
         assert_eq!(times(&marks, FlightTask::Tick), FLIGHT_TICKS as usize);
         assert_eq!(times(&marks, FlightTask::Pose), FLIGHT_TICKS as usize / 10);
-        assert_eq!(times(&marks, FlightTask::Command), 42);
-        assert_eq!(times(&marks, FlightTask::PeerReport), 420);
+        assert_eq!(times(&marks, FlightTask::Command), 50);
+        assert_eq!(times(&marks, FlightTask::PeerReport), 500);
         let (_, marks) = fly(FlightSensors::Deck);
         assert_eq!(times(&marks, FlightTask::Flow), FLIGHT_TICKS as usize / 10);
         assert_eq!(times(&marks, FlightTask::Range), FLIGHT_TICKS as usize / 25);
