@@ -27,8 +27,8 @@ fn robot_functions_print_their_call() {
 
 #[test]
 fn robot_functions_return_the_type_of_the_robot_file_at_once() {
-    let script = "log(get_up(), goTo(1, 2, 3), takeoff(500))\n";
-    let expected = "get_up()\ngoTo(1, 2, 3)\ntakeoff(500)\n00[nil]\n";
+    let script = "log(takeoff(500), goTo(1, 2, 3), land())\n";
+    let expected = "takeoff(500)\ngoTo(1, 2, 3)\nland()\n00[nil]\n";
     run("returns", script, &["--robot", "crazyflie"]).succeeds_with(expected);
 }
 

@@ -10,6 +10,8 @@ mod emulation;
 mod flying;
 mod functions;
 mod pilot;
+#[cfg(test)]
+mod robot_file;
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
