@@ -94,6 +94,16 @@ fn a_script_is_simulated_without_a_scenario() {
     assert_eq!(folder.read("runs.csv").iter().filter(|byte| **byte == b'\n').count(), 3);
 }
 
+/// Whoever simulates a script without a scenario plays the person who arms the robots.
+#[test]
+fn crazyflies_of_a_script_without_a_scenario_are_armed() {
+    let script = "function init() { log(\"up \", takeoff(300)) }\nfunction step() { }\n";
+    let folder = Folder::with("new_armed", "s.bzz", script);
+    let run = folder.bbz(&["sim", "s.bzz", "--robot", "crazyflie", "--count", "1"]);
+    assert_eq!(run.status, Some(0), "{}", run.stderr);
+    assert!(run.stdout.contains("up 1"), "{}", run.stdout);
+}
+
 #[test]
 fn a_script_needs_its_robots_and_a_scenario_has_them() {
     let folder = Folder::with("sim_robots", "s.bzz", SCRIPT);
