@@ -55,7 +55,8 @@ impl TrustLimits {
         persistent_share: 1.0 / 31.0,
     };
     /// Limits of distances in m at 40 Hz. With noise of 2.5 mm, two readings are equal in 11 % of all
-    /// cases, and 17 in a row never; with 1 mm, 17 are equal once in 10⁹ cases.
+    /// cases; even with 1 mm, at most 38 % of the readings have one value, and 17 in a row are equal
+    /// once in 10⁷ cases.
     pub const RANGE: Self = TrustLimits {
         most_repetitions: 8,
         most_expected: Some(16),

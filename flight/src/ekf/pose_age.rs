@@ -10,8 +10,8 @@ use glam::{Vec2, Vec3, Vec3Swizzles};
 
 /// Share of the sums that a further pose leaves: a memory of 1 s at 100 Hz.
 const KEPT: f32 = 1.0 - 1.0 / 100.0;
-/// Sum of squared rates in (rad/s)² at which half of the delay that poses show counts. A hover for
-/// 2 s has less than 1 and shows noise, a leg of 1 m in 2 s has 20 and more.
+/// Sum of squared rates in (rad/s)² at which half of the delay that poses show counts, so that a robot
+/// that hardly turns keeps the told age.
 const DOUBT_RAD2_S2: f32 = 0.5;
 
 /// Delay in seconds below which noise is as large as a delay. As with an outer force, a longer one
