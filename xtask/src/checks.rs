@@ -95,26 +95,33 @@ pub fn ci(step: Option<Step>) -> Result<()> {
 
 /// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
 /// emulators count while the tests are compiled, and the sample of the long tests runs while browsers
-/// do. The first lints need no package, and run while packages come from the network.
+/// do. The lints of what runs on this computer need no package, and run while packages come from the
+/// network and beside the other lints.
 fn all_steps() -> Result<()> {
-    at_once(lint_host, setup::run)?;
+    let start = Instant::now();
+    at_once(lint_host, || {
+        setup::run()?;
+        lint_others()
+    })?;
+    Step::Lint.report(start);
     let run = |steps: &[Step]| steps.iter().try_for_each(|step| step.run());
-    let (before, rest) = Step::value_variants().split_at(Step::Sizes as usize);
-    let (beside, after) = rest.split_at(Step::Emulators as usize - Step::Sizes as usize);
-    let (tests, last) = after.split_at(Step::Wasm as usize - Step::Emulators as usize);
-    let (browsers, sample) = last.split_at(Step::Soak as usize - Step::Wasm as usize);
-    run(before)?;
+    run(Step::between(Step::Doc, Step::Sizes))?;
     let compile = || {
         soak::build_sample()?;
         test_programs::compile(&shared_packages())
     };
-    at_once(|| run(beside), compile)?;
-    run(tests)?;
-    at_once(|| run(browsers), || run(sample))?;
+    at_once(|| run(Step::between(Step::Sizes, Step::Emulators)), compile)?;
+    run(Step::between(Step::Emulators, Step::Wasm))?;
+    at_once(|| run(Step::between(Step::Wasm, Step::Soak)), || Step::Soak.run())?;
     Ok(())
 }
 
 impl Step {
+    /// Returns the steps from one to before another, in their order.
+    fn between(first: Step, end: Step) -> &'static [Step] {
+        &Step::value_variants()[first as usize..end as usize]
+    }
+
     fn run(self) -> Result<()> {
         let start = Instant::now();
         match self {
@@ -142,8 +149,12 @@ impl Step {
             Step::ProbeRs => cargo_test(&["--package", PROBE_RS]).run()?,
             Step::Soak => soak::sample()?,
         }
-        println!("ci {self:?}: passed after {} s", start.elapsed().as_secs());
+        self.report(start);
         Ok(())
+    }
+
+    fn report(self, start: Instant) {
+        println!("ci {self:?}: passed after {} s", start.elapsed().as_secs());
     }
 }
 
@@ -224,8 +235,15 @@ const CLIPPY: [&str; 2] = ["clippy", "--all-targets"];
 /// Options of the lints that make every warning an error.
 const DENY: [&str; 3] = ["--", "-D", "warnings"];
 
-/// Checks lock files, spelling, format and lints of every workspace.
+/// Checks lock files, spelling, format and lints of every workspace. The profiles of the two chores differ,
+/// so that both run: firmware has long chains of crates, which keep one processor busy.
 fn lint() -> Result<()> {
+    at_once(lint_host, lint_others)?;
+    Ok(())
+}
+
+/// Checks lock files, spelling and format, and lints firmware and emulators.
+fn lint_others() -> Result<()> {
     locks()?;
     Invocation::named("typos", &setup::typos()?, &[]).run()?;
     cargo(&["fmt", "--all", "--check"])?;
@@ -235,21 +253,15 @@ fn lint() -> Result<()> {
     for board in BOARDS {
         Invocation::cargo(&["fmt", "--check"]).in_workspace(board.folder).run()?;
     }
-    // The profiles of the two chores differ, so that both run: firmware has long chains of crates,
-    // which keep one processor busy.
-    let in_release = || -> Result<()> {
-        for board in BOARDS {
-            let arguments = [&["clippy", "--release"], &DENY[..]].concat();
-            Invocation::cargo(&arguments).in_workspace(board.folder).run()?;
-        }
-        chip::lint(&DENY)?;
-        soak::lint_fuzz_targets(&DENY)?;
-        cargo(&[&CLIPPY[..], &["--release"], &emulators(), &DENY].concat())?;
-        let all = [&CLIPPY[..], &["--release", "--workspace"], &DENY].concat();
-        Invocation::cargo(&all).in_workspace(bench::HOST).run()
-    };
-    at_once(lint_host, in_release)?;
-    Ok(())
+    for board in BOARDS {
+        let arguments = [&["clippy", "--release"], &DENY[..]].concat();
+        Invocation::cargo(&arguments).in_workspace(board.folder).run()?;
+    }
+    chip::lint(&DENY)?;
+    soak::lint_fuzz_targets(&DENY)?;
+    cargo(&[&CLIPPY[..], &["--release"], &emulators(), &DENY].concat())?;
+    let all = [&CLIPPY[..], &["--release", "--workspace"], &DENY].concat();
+    Invocation::cargo(&all).in_workspace(bench::HOST).run()
 }
 
 /// Lints what runs on this computer, but for the emulators.
