@@ -111,7 +111,7 @@ pub struct EkfConfig {
     /// as wind, that thrust and drag do not explain. Below it the offset of the sensor (0.2 m/s² for
     /// the BMI088) and vibration are as large. Infinite for a filter that knows no outer force.
     pub least_outer_m_s2: f32,
-    /// True if the filter estimates by how much poses are older than it is told.
+    /// True if the filter estimates by how much poses are older than it assumes.
     pub estimates_pose_age: bool,
     /// True if flow corrects x and y in the world, as the optimal gain does.
     ///

@@ -57,7 +57,7 @@ pub(super) struct Deviation {
 }
 
 /// Number of innovations that have to agree with the one before: noise that is three times larger than
-/// told makes two agree in half of all cases.
+/// assumed makes two agree in half of all cases.
 const AGREEING: u8 = 3;
 
 impl Deviation {

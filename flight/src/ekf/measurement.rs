@@ -44,7 +44,7 @@ pub struct FlowMeasurement {
     pub seconds: f32,
 }
 
-/// What the PMW3901 tells about the surface below it, in the same burst as the counts.
+/// Readings of the PMW3901 about the surface below it, in the same burst as the counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FlowSurface {
     /// Number of features that the sensor sees, divided by 4 (register SQUAL).

@@ -19,7 +19,7 @@
 //! Scalars are processed one after the other against one linearization, which equals a joint update.
 //! A gate with the χ² quantile of 0.9999 protects each group: the three axes of a position, the three
 //! axes of an attitude, each axis of flow, a height, a range and a yaw. One failed gate rejects the
-//! whole measurement. What persists is no noise: it passes up to a floor (`gate.rs`).
+//! whole measurement. An effect that persists is no noise: it passes up to a floor (`gate.rs`).
 //!
 //! Range and flow are about the floor below the robot, whose height is no state: a step that
 //! several ranges show moves it (`terrain.rs`).
@@ -28,7 +28,7 @@
 //! A position or pose that is up to 100 ms old is compared with the estimate at its own time. The
 //! difference corrects the present: this neglects the growth of the error in between, which is
 //! age · (error of the velocity), or 0.2 mm for 10 ms and 2 cm/s. The filter estimates by how much
-//! poses are older than it is told (`pose_age.rs`).
+//! poses are older than it assumes (`pose_age.rs`).
 //!
 //! # Cost
 //! The filter takes 1.8 KB, of which the covariance takes 676 bytes. A scalar update needs about

@@ -1,6 +1,6 @@
 //! The acceleration by an outer force along body x and y, such as wind or a touch.
 //!
-//! Thrust does not act along these axes, so the accelerometer shows there what drag does not
+//! Thrust does not act along these axes, so the accelerometer shows there the force that drag does not
 //! explain. Vibration and the sensor's offset hide a small force, and a filter without knowledge of
 //! a large one takes it for a tilt: the accelerometer therefore counts the more, the larger the
 //! force is (the garrote of Breiman 1995, "Better subset regression using the nonnegative

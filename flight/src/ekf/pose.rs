@@ -14,7 +14,7 @@ use super::update::EstimatedError;
 
 /// Largest error in m of a position that any gate lets pass, and the time in seconds by which speed
 /// widens it: a gust or a touch moves the robot by 20 mm before the filter knows, and poses may be
-/// 60 ms older than told.
+/// 60 ms older than assumed.
 const POSITION_FLOOR_M: f32 = 0.02;
 const POSITION_FLOOR_S: f32 = 0.06;
 /// Largest change in m of such an error between two positions, besides their noise. What persists
@@ -25,7 +25,7 @@ const ATTITUDE_FLOOR_RAD: f32 = 0.06;
 const ATTITUDE_FLOOR_S: f32 = 0.06;
 const ATTITUDE_CHANGE_RAD: f32 = 0.01;
 const ATTITUDE_CHANGE_S: f32 = 0.005;
-/// Standard deviation of a delay that the filter was not told, as a share of the delay: it changes.
+/// Standard deviation of a delay that the filter does not assume, as a share of the delay: it changes.
 const DELAY_SIGMA_SHARE: f32 = 0.5;
 /// Half of the time in seconds over which the rate of a past moment is taken.
 const PAST_RATE_S: f32 = 0.005;
@@ -57,7 +57,7 @@ impl Ekf {
     /// Corrects the estimate by a position and an attitude.
     ///
     /// A filter that [estimates the age](super::EkfConfig::estimates_pose_age) of poses takes the
-    /// told one as a first guess.
+    /// assumed one as a first guess.
     pub fn update_pose(&mut self, measured: &PoseMeasurement) -> EkfOutcome {
         let (past, age_s) = match self.past_of_pose(measured) {
             Ok(found) => found,

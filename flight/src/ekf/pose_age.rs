@@ -1,8 +1,8 @@
-//! The time by which poses are older than the filter is told.
+//! The time by which poses are older than the filter assumes.
 //!
 //! Poses by radio carry no time, and the way from the cameras to the robot takes 10 to 60 ms that
-//! change. A constant speed does not show the age, but a turn does: the gyroscope tells the attitude
-//! of each moment of the past, and the measured attitude lags behind the one of the told age by rate
+//! change. A constant speed does not show the age, but a turn does: the gyroscope shows the attitude
+//! of each moment of the past, and the measured attitude lags behind the one of the assumed age by rate
 //! times delay. The regression of one on the other over the last seconds is the delay. It uses roll
 //! and pitch only: they always turn back, so a marker frame that is off does not look like a delay.
 
@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3, Vec3Swizzles};
 /// Share of the sums that a further pose leaves: a memory of 1 s at 100 Hz.
 const KEPT: f32 = 1.0 - 1.0 / 100.0;
 /// Sum of squared rates in (rad/s)² at which half of the delay that poses show counts, so that a robot
-/// that hardly turns keeps the told age.
+/// that hardly turns keeps the assumed age.
 const DOUBT_RAD2_S2: f32 = 0.5;
 
 /// Delay in seconds below which noise is as large as a delay. As with an outer force, a longer one
@@ -26,29 +26,29 @@ const LEAST_DELAY_S: f32 = 0.004;
 pub(super) struct PoseAge {
     /// Part of the rate that the filter has taken over, per second of delay.
     taken_rad_s: Vec2,
-    /// Sum of rate · (angle by which the measured attitude lags behind the told age).
+    /// Sum of rate · (angle by which the measured attitude lags behind the assumed age).
     lag_rad2_s: f32,
     /// Sum of squared rates.
     rate_rad2_s2: f32,
 }
 
 impl PoseAge {
-    /// Returns the age in seconds at which a pose of this told age is most likely, 0 to `most_s`.
-    pub fn estimate_s(&self, told_s: f32, most_s: f32) -> f32 {
-        if told_s > most_s {
-            return told_s;
+    /// Returns the age in seconds at which a pose of this assumed age is most likely, 0 to `most_s`.
+    pub fn estimate_s(&self, assumed_s: f32, most_s: f32) -> f32 {
+        if assumed_s > most_s {
+            return assumed_s;
         }
         let delay_s = self.lag_rad2_s / (self.rate_rad2_s2 + DOUBT_RAD2_S2);
         let square = delay_s * delay_s;
         let least = LEAST_DELAY_S * LEAST_DELAY_S;
         let counted_s = if square > least { delay_s * (1.0 - least / square) } else { 0.0 };
-        (told_s + counted_s).clamp(0.0, most_s)
+        (assumed_s + counted_s).clamp(0.0, most_s)
     }
 
     /// Takes a pose.
     ///
     /// # Parameters
-    /// `angle_rad`: turn in the body frame from the estimate at the age `told_s + delay_s` to the
+    /// `angle_rad`: turn in the body frame from the estimate at the age `assumed_s + delay_s` to the
     /// measured attitude. `rate_rad_s`: rate at that time. `gain`: share of the angle by which the
     /// filter turns.
     pub fn note(&mut self, angle_rad: Vec3, rate_rad_s: Vec3, delay_s: f32, gain: f32) {
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     /// A robot rocks by 0.1 rad each second, its markers are off by 0.05 rad, and its poses are 50 ms
-    /// older than told. The filter follows each pose by a share.
+    /// older than assumed. The filter follows each pose by a share.
     #[test]
     fn finds_the_delay_of_a_robot_that_rocks() {
         let mut age = PoseAge::default();

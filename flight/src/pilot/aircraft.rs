@@ -16,7 +16,7 @@ pub struct AircraftStatus {
     pub reference: Option<Reference>,
     /// Height in m of the center of mass before take-off.
     pub ground_m: f32,
-    /// A landing has ended, and nobody has stopped the motors or commanded another flight.
+    /// A landing has ended, and neither a stop of the motors nor another flight was commanded.
     pub has_landed: bool,
 }
 

@@ -76,7 +76,7 @@ pub struct PilotMoment {
 pub enum PilotAnswer {
     /// The script waits; the caller repeats the call.
     Waiting,
-    /// The function is done: true if the robot is there. [`PilotFunction::has_value`] tells if the
+    /// The function is done: true if the robot is there. [`PilotFunction::has_value`] is true if the
     /// script receives this as 1 or 0.
     Done(bool),
     /// An argument is outside the range of the function.
@@ -137,7 +137,7 @@ pub struct Pilot {
 }
 
 impl Pilot {
-    /// Returns the pilot of a robot that was just switched on, which nobody has armed.
+    /// Returns the pilot of a robot that was just switched on, without a permission.
     #[must_use]
     pub fn new(settings: PilotSettings) -> Self {
         Pilot {

@@ -45,7 +45,7 @@ impl From<FlightRefusal> for PilotRefusal {
 impl fmt::Display for PilotRefusal {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = match self {
-            PilotRefusal::NotArmed => "nobody armed the robot",
+            PilotRefusal::NotArmed => "no person armed the robot",
             PilotRefusal::Ended(PermissionEnd::ScriptFault) => {
                 "an error stopped the script, so a person has to arm the robot again"
             }

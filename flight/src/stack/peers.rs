@@ -1,4 +1,4 @@
-//! The places of other robots, as far as they tell whose poses a robot receives.
+//! The places of other robots, as far as they show whose poses a robot receives.
 
 use glam::Vec3;
 

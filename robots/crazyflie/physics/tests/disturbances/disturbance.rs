@@ -24,10 +24,10 @@ pub enum DisturbanceKind {
     Latency,
     /// The floor rises or falls below the robot, every 2.5 s.
     FloorStep,
-    /// The flow sensor has less noise than usual; every other flight controller is told.
+    /// The flow sensor has less noise than usual; every other flight controller assumes it.
     QuietFlow,
-    /// A sensor has another noise than the flight controller is told, by this factor. Noise of more
-    /// than twice the told one is a fault.
+    /// A sensor has another noise than the flight controller assumes, by this factor. Noise of more
+    /// than twice the assumed one is a fault.
     PoseNoise,
     RangeNoise,
 }
@@ -77,8 +77,8 @@ pub struct Scenario {
     pub kind: DisturbanceKind,
     pub source: PositionSource,
     pub strength: f64,
-    /// The flight controller is told the noise of a quiet flow sensor.
-    pub tells_noise: bool,
+    /// The flight controller assumes the noise of a quiet flow sensor.
+    pub states_noise: bool,
     /// Course of the disturbance in the world.
     pub course_rad: f64,
     /// Random numbers of the path.
@@ -95,8 +95,8 @@ impl Scenario {
         let strength = least + (most - least) * random.unit();
         let course_rad = random.unit() * core::f64::consts::TAU;
         let path = Random::new(seed ^ 0x0070_110f);
-        let tells_noise = (number / CASES.len()).is_multiple_of(2);
-        Scenario { seed, case, kind, source, strength, tells_noise, course_rad, path }
+        let states_noise = (number / CASES.len()).is_multiple_of(2);
+        Scenario { seed, case, kind, source, strength, states_noise, course_rad, path }
     }
 
     /// Returns a vector of this length along the course.

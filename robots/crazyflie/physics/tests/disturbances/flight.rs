@@ -19,10 +19,10 @@ const LEG_MS: u64 = 2500;
 const LEG_S: f32 = 2.0;
 /// Time in ms after the last step of the floor from which the height has to be right.
 const STEP_SETTLED_MS: u64 = 3000;
-/// Noise of flow in counts that the flight controller is told, and that of the other flights.
-const TOLD_COUNTS: f64 = 2.0;
-/// Age of poses in seconds that the flight controller is told if they come late.
-const TOLD_AGE_S: f64 = 0.01;
+/// Noise of flow in counts that the flight controller assumes, and that of the other flights.
+const ASSUMED_COUNTS: f64 = 2.0;
+/// Age of poses in seconds that the flight controller assumes if they come late.
+const ASSUMED_AGE_S: f64 = 0.01;
 /// Slow and quick change of the latency, as a share of its mean, and their periods in ms.
 const LATENCY_SWAYS: [(f64, f64); 2] = [(0.3, 7000.0), (0.1, 230.0)];
 /// Time in ms from which the sensors' new frame counts for the consistency of the estimate.
@@ -52,8 +52,9 @@ fn build(scenario: &Scenario) -> Rig {
     let mut rig = match (scenario.source, scenario.kind) {
         (PositionSource::MotionCapture, _) => Rig::with_capture(seed),
         (_, DisturbanceKind::QuietFlow) => {
-            let told_counts = if scenario.tells_noise { scenario.strength } else { TOLD_COUNTS };
-            Rig::with_told_flow_noise(seed, scenario.strength, told_counts)
+            let assumed_counts =
+                if scenario.states_noise { scenario.strength } else { ASSUMED_COUNTS };
+            Rig::with_assumed_flow_noise(seed, scenario.strength, assumed_counts)
         }
         _ => Rig::with_deck(seed),
     };
@@ -117,7 +118,7 @@ fn disturb(rig: &mut Rig, scenario: &Scenario, ms: u64) {
             }
         }
         DisturbanceKind::Latency => {
-            rig.told_age_s = Some(TOLD_AGE_S);
+            rig.assumed_age_s = Some(ASSUMED_AGE_S);
             let sway = |(share, period_ms): (f64, f64)| {
                 share * (ms as f64 / period_ms * core::f64::consts::TAU).sin()
             };

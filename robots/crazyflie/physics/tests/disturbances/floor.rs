@@ -39,7 +39,7 @@ fn a_robot_lands_on_a_table_and_returns_to_the_floor() {
     }
 }
 
-/// A robot that is switched on stands where it is told, on whatever.
+/// A robot that is switched on stands at the assumed place, on any surface.
 #[test]
 fn a_robot_takes_off_from_a_table() {
     for seed in 1..=10 {

@@ -45,8 +45,8 @@ pub struct Rig {
     pub surroundings: DroneSurroundings,
     /// A wind that replaces that of the surroundings.
     pub wind: Option<Wind>,
-    /// The age in seconds that the flight controller is told of each pose in place of the true one.
-    pub told_age_s: Option<f64>,
+    /// The age in seconds that the flight controller assumes for each pose in place of the true one.
+    pub assumed_age_s: Option<f64>,
     /// The motion capture sends positions without attitudes.
     pub sends_positions: bool,
     /// Measurements in the last millisecond.
@@ -76,16 +76,16 @@ impl Rig {
 
     /// A robot with a Flow deck whose flow has this noise, which the filter knows.
     pub fn with_flow_noise(seed: u64, sigma_counts: f64) -> Self {
-        Self::with_told_flow_noise(seed, sigma_counts, sigma_counts)
+        Self::with_assumed_flow_noise(seed, sigma_counts, sigma_counts)
     }
 
-    /// A robot with a Flow deck whose flow has this noise, while the filter is told another one.
-    pub fn with_told_flow_noise(seed: u64, sigma_counts: f64, told_counts: f64) -> Self {
+    /// A robot with a Flow deck whose flow has this noise, while the filter assumes another one.
+    pub fn with_assumed_flow_noise(seed: u64, sigma_counts: f64, assumed_counts: f64) -> Self {
         let settings = FlowSettings { sigma_counts, ..FlowSettings::PMW3901 };
         let deck = Positioning::Deck {
             flow: Box::new(FlowSensor::new(settings, seed)),
             height: Box::new(HeightSensor::new(seed)),
-            sigma_counts: told_counts as f32,
+            sigma_counts: assumed_counts as f32,
         };
         Self::new(deck, seed)
     }
@@ -141,7 +141,7 @@ impl Rig {
             duties: MotorDuties::default(),
             surroundings: DroneSurroundings::default(),
             wind: None,
-            told_age_s: None,
+            assumed_age_s: None,
             sends_positions: false,
             readings: DeckReadings::default(),
             positioning,
@@ -180,7 +180,7 @@ impl Rig {
                     attitude: pose.attitude.as_quat(),
                     sigma_m: CAPTURE.position_sigma_m as f32,
                     sigma_rad: CAPTURE.attitude_sigma_rad as f32,
-                    age_s: self.told_age_s.unwrap_or(age_s) as f32,
+                    age_s: self.assumed_age_s.unwrap_or(age_s) as f32,
                 };
                 if self.sends_positions {
                     let PoseMeasurement { position_m, sigma_m, age_s, .. } = pose;
