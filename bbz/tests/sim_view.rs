@@ -222,9 +222,10 @@ mod browser {
         let browser = Browser::start("view-secret");
         let secret = browser.url.trim_end_matches('/').rsplit('/').next().unwrap().to_owned();
         assert_eq!(secret.len(), 32, "{}", browser.url);
-        // The name of the file is in the list, so the search would find the address, too.
+        // The name of the file is in the list, so the search would find the address, too. The
+        // shell stands there twice while it starts another program.
         let name = browser.redirect.display().to_string();
-        assert_eq!(processes_with("cmdline", &name).len(), 1, "{name}");
+        assert_ne!(processes_with("cmdline", &name), [""; 0], "{name}");
         assert_eq!(processes_with("cmdline", &secret), [""; 0]);
         assert_eq!(processes_with("environ", &secret), [""; 0]);
         let listed = Command::new("ps").args(["-eww", "-o", "args"]).output();
