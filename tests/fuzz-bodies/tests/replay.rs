@@ -1,26 +1,76 @@
-//! Replays the committed corpora, and images made of known scripts, through the bodies of the fuzz targets, and a sample of random inputs.
+//! Replays the committed corpora, and images made of known scripts, through the bodies of the fuzz targets: as they are,
+//! changed at random, and a sample of random inputs. This is the sample of `cargo xtask soak fuzz` that CI runs: with the
+//! checks of the other tests, without the engine's guidance.
 
 use std::fs;
 use std::path::Path;
 
 use bittybuzz_fuzz_bodies as bodies;
+use bittybuzz_random::Random;
+
+/// Changed inputs that are tried for each target.
+const CHANGED: u32 = 3000;
+/// Longest changed input, in bytes, as libFuzzer has it unless it is given another.
+const LENGTH_MAX: usize = 4096;
 
 fn replay(target: &str, body: fn(&[u8]) -> bool) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(target);
-    let mut inputs = 0;
-    for entry in fs::read_dir(&folder).unwrap_or_else(|error| panic!("{folder:?}: {error}")) {
-        let path = entry.expect("the folder can be listed").path();
+    let entries = fs::read_dir(&folder).unwrap_or_else(|error| panic!("{folder:?}: {error}"));
+    let mut paths: Vec<_> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    // Folders list their files in any order.
+    paths.sort();
+    assert!(paths.len() >= 10, "only {} inputs in {folder:?}", paths.len());
+    let inputs: Vec<_> =
+        paths.iter().map(|path| fs::read(path).expect("the input can be read")).collect();
+    for (path, input) in paths.iter().zip(&inputs) {
         // Shown if the body panics.
         println!("{}", path.display());
-        body(&fs::read(&path).expect("the input can be read"));
-        inputs += 1;
+        body(input);
     }
-    assert!(inputs >= 10, "only {inputs} inputs in {folder:?}");
+    try_changed(&inputs, body);
+}
+
+/// Runs a body with changes of its inputs.
+fn try_changed(inputs: &[Vec<u8>], body: fn(&[u8]) -> bool) {
+    let mut random = Random::new(1);
+    for number in 0..CHANGED {
+        let input = changed(inputs, &mut random);
+        // Shown if the body panics.
+        println!("{number}: {input:?}");
+        body(&input);
+    }
+}
+
+/// Returns one of the inputs with one to four changes of the kinds that libFuzzer makes.
+fn changed(inputs: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
+    let any = |random: &mut Random| &inputs[random.below(inputs.len() as u32) as usize];
+    let place = |random: &mut Random, length: usize| random.below(length as u32 + 1) as usize;
+    let mut input = any(random).clone();
+    for _ in 0..=random.below(4) {
+        let at = place(random, input.len());
+        let end = (at + 1 + random.below(8) as usize).min(input.len());
+        match random.below(6) {
+            0 if at < end => input[at] ^= 1 << random.below(8),
+            1 if at < end => input[at] = random.bits() as u8,
+            2 => drop(input.drain(at..end)),
+            3 => input.insert(at, random.bits() as u8),
+            4 => input.extend_from_within(at..end),
+            _ => {
+                let other = any(random);
+                input.truncate(at);
+                input.extend(&other[place(random, other.len())..]);
+            }
+        }
+    }
+    input.truncate(LENGTH_MAX);
+    input
 }
 
 #[test]
 fn image() {
-    assert!(bodies::images().iter().all(|image| bodies::image(image)));
+    let images = bodies::images();
+    assert!(images.iter().all(|image| bodies::image(image)));
+    try_changed(images, bodies::image);
 }
 
 #[test]
@@ -103,20 +153,14 @@ fn time() {
     replay("time", bodies::time);
 }
 
-/// What the fuzzer does, without its guidance: so many inputs of random length, of which so many hundredths must get past
+/// Runs a body with so many inputs of random length, of which so many hundredths must get past
 /// verifier, compiler or importer. Else most of the work would be in front of that.
 fn sample(body: fn(&[u8]) -> bool, count: u32, length: std::ops::Range<u32>, share: u32) {
-    let mut state = 0x9e37_79b9u32;
-    let mut random = move || {
-        state ^= state << 13;
-        state ^= state >> 17;
-        state ^= state << 5;
-        state >> 8
-    };
+    let mut random = Random::new(1);
     let mut passed = 0;
     for _ in 0..count {
-        let length = length.start + random() % (length.end - length.start);
-        let input: Vec<u8> = (0..length).map(|_| random() as u8).collect();
+        let length = length.start + random.below(length.end - length.start);
+        let input: Vec<u8> = (0..length).map(|_| random.bits() as u8).collect();
         // Shown if the body panics.
         println!("{input:?}");
         passed += u32::from(body(&input));

@@ -341,11 +341,16 @@ fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
     frame
 }
 
+/// The parts of a thousand by which the longest wait may differ. It is a handful of instructions, and the
+/// order of the image's functions, which depends on the folder of the sources, decides which byte meets
+/// them: 291 and 333 ns were seen.
+const COINCIDENCE: u64 = 200;
+
 #[test]
 fn noise_harms_nothing() {
     let longest = noise(30_000, 0x9e37_79b9_7f4a_7c15);
     let figures = [("longest", longest.as_nanos() as u64)];
-    figures::check("crazyflie", "byte_wait_ns", &figures, TOLERANCE);
+    figures::check("crazyflie", "byte_wait_ns", &figures, COINCIDENCE);
 }
 
 /// A minute or so: `cargo xtask soak` runs it.

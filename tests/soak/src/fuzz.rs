@@ -1,11 +1,11 @@
 //! Runs the fuzz targets. The [`Executions`] of all runs are added up, until a file changes that the
-//! target exercises.
+//! target exercises. CI compiles the targets for their lints only: the tests of `tests/fuzz-bodies`
+//! execute the same bodies with the committed inputs and changes of them.
 
 use crate::Verdict;
 use crate::executions::Executions;
-use crate::pairs::in_pairs;
 use crate::sources::Sources;
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use bittybuzz_builds::shell::{Invocation, target};
 use fs_err as fs;
 use std::panic::resume_unwind;
@@ -20,20 +20,6 @@ const ENOUGH_RUNS: u64 = 1_000_000;
 const RUNS: [&str; 2] = ["social", "time"];
 /// Seconds after which executions are written down; a run that is stopped loses at most those.
 const CHUNK: &str = "-max_total_time=300";
-/// Executions of each target in CI, and the seed that decides them.
-const SAMPLE: [&str; 2] = ["-runs=3000", "-seed=1"];
-/// Settings of cargo for the programs of the sample, whose executions take less time than a full
-/// optimization. Checks of overflow and debug assertions stay on. The engine, which is C++, and
-/// macros keep the settings with which the lints have compiled them.
-const SAMPLE_PROFILE: [&str; 7] = [
-    "profile.release.opt-level=1",
-    "profile.release.lto=\"off\"",
-    "profile.release.debug=false",
-    "profile.release.strip=\"none\"",
-    "profile.release.build-override.debug=1",
-    "profile.release.package.libfuzzer-sys.opt-level=3",
-    "profile.release.package.libfuzzer-sys.debug=1",
-];
 /// libFuzzer's weights of inputs take half of the time of targets that are as fast as these.
 const SCHEDULE: &str = "-entropic=0";
 /// The folder of the crate with the targets, and of the inputs from which they start.
@@ -133,7 +119,7 @@ pub fn run(name: &str) -> Result<Verdict> {
     let mut executions = Executions::load()?;
     let left = |executions: &Executions| enough.saturating_sub(executions.of(name, fingerprint));
     if left(&executions) > 0 {
-        let program = build(&["--bin", name])?.join(name);
+        let program = build(name)?;
         while left(&executions) > 0 {
             println!("{name}: {} of {enough} executions left", left(&executions));
             match chunk(name, &program, left(&executions))? {
@@ -146,43 +132,6 @@ pub fn run(name: &str) -> Result<Verdict> {
     }
     let count = executions.of(name, fingerprint);
     Ok(Verdict::Shown(format!("{count} executions without a panic")))
-}
-
-/// Builds every target for the sample, and returns the folder of their programs.
-pub fn build_sample() -> Result<PathBuf> {
-    let settings = SAMPLE_PROFILE.map(|setting| ["--config", setting]);
-    build(&[&["--bins"][..], settings.as_flattened()].concat())
-}
-
-/// Builds every target, and runs a sample of each from the committed inputs, for CI. Two targets run
-/// at a time: the number of executions and the seed are fixed, so that neither changes the other.
-pub fn sample() -> Result<()> {
-    let programs = build_sample()?;
-    let folder = target()?.join("soak/fuzz");
-    let results = in_pairs(
-        TARGETS.iter(),
-        |Target { name, .. }| {
-            // Empty, so that the inputs found by an earlier sample do not change this one.
-            let found = folder.join("sample").join(name);
-            if found.exists() {
-                fs::remove_dir_all(&found)?;
-            }
-            fs::create_dir_all(&found)?;
-            let panics = artifacts(&folder, name);
-            let program = programs.join(name);
-            let known = known(&folder, name, &program)?.display().to_string();
-            let found = found.display().to_string();
-            let arguments = [&SAMPLE[..], &[SCHEDULE, &panics, &found, &known]].concat();
-            Ok((name, Invocation::named(name, &program, &arguments).announced()))
-        },
-        |(name, line)| {
-            let output = line.output_if(|_| true)?;
-            let report = String::from_utf8_lossy(&output.stderr);
-            ensure!(output.status.success(), "not shown: fuzz {name} ({})", panicked(&report));
-            Ok(())
-        },
-    );
-    results.into_iter().collect()
 }
 
 /// Format and lints of the targets; clippy gets these arguments.
@@ -203,14 +152,13 @@ fn cargo(arguments: &[&str], target: &Path) -> Invocation {
     Invocation::cargo(arguments).env("CARGO_TARGET_DIR", &target).in_workspace(FOLDER)
 }
 
-/// Builds targets with these options of cargo, and returns the folder of their programs. The configuration of their workspace has
-/// the options of the instrumentation.
-fn build(options: &[&str]) -> Result<PathBuf> {
+/// Builds a target, and returns its program. The configuration of the workspace has the options of the instrumentation.
+fn build(name: &str) -> Result<PathBuf> {
     let folder = target_folder()?;
-    cargo(&[&["build", "--release"], options].concat(), &folder).run()?;
+    cargo(&["build", "--release", "--bin", name], &folder).run()?;
     let output = Invocation::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
     let host = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-    Ok(folder.join(host).join("release"))
+    Ok(folder.join(host).join("release").join(name))
 }
 
 enum Chunk {

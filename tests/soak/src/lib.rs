@@ -154,8 +154,9 @@ pub fn run(part: Option<&str>) -> Result<()> {
     Ok(())
 }
 
-/// A sample for CI: some of the mutants, of those of squeeze as well, an example with squeeze and without, a thousand steps of some of the Kilobots' examples, some seeds of the
-/// convergence and some executions of each fuzz target. The tests pass without the mutants.
+/// A sample for CI: some of the mutants, of those of squeeze as well, an example with squeeze and
+/// without, a thousand steps of some of the Kilobots' examples and some seeds of the convergence. The
+/// tests pass without the mutants. They have the sample of the fuzz targets.
 pub fn sample() -> Result<()> {
     for (name, test) in mutants::sample() {
         require("mutants", &name, |name| mutants::run_one(name, test))?;
@@ -165,13 +166,7 @@ pub fn sample() -> Result<()> {
     }
     require("squeezed", squeezed::SAMPLE, squeezed::run)?;
     timed("kilobots", kilobots::sample)?;
-    timed("convergence", convergence::sample)?;
-    timed("fuzz", fuzz::sample)
-}
-
-/// Compiles what takes longest in the sample. [`sample`] does it otherwise.
-pub fn build_sample() -> Result<()> {
-    fuzz::build_sample().map(|_| ())
+    timed("convergence", convergence::sample)
 }
 
 /// Runs the sample of a part, and prints how long it takes.

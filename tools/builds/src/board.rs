@@ -18,7 +18,7 @@ pub struct FirmwareBuild {
     pub robot: &'static str,
     /// The folder of the workspace, from the root.
     pub folder: &'static str,
-    target: &'static str,
+    pub target: &'static str,
     program: &'static str,
     /// Arguments of cargo that leave out data that only a debug probe reads.
     no_trace_features: &'static [&'static str],

@@ -122,11 +122,18 @@ fn is_movable(code: &AsmInstruction, on_stack: &HashSet<String>) -> bool {
 fn best(listing: &Listing, runs: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
     let mut most = WORTH;
     let mut best = None;
+    // Numbers of the instructions, which take less time to compare than their texts.
+    let mut numbers: HashMap<&AsmInstruction, usize> = HashMap::new();
+    let mut number = |line: &usize| {
+        let next = numbers.len();
+        listing.code(*line).map(|code| *numbers.entry(code).or_insert(next))
+    };
+    let numbered: Vec<Vec<usize>> =
+        runs.iter().map(|run| run.iter().filter_map(&mut number).collect()).collect();
     for length in 2..=LENGTH_MAX {
-        let mut places: HashMap<Vec<&AsmInstruction>, Vec<&[usize]>> = HashMap::new();
-        for run in runs {
-            for window in run.windows(length) {
-                let key = window.iter().filter_map(|line| listing.code(*line)).collect();
+        let mut places: HashMap<&[usize], Vec<&[usize]>> = HashMap::new();
+        for (run, numbered) in runs.iter().zip(&numbered) {
+            for (window, key) in run.windows(length).zip(numbered.windows(length)) {
                 let known = places.entry(key).or_default();
                 // Only the first of overlapping places counts.
                 let overlaps = known
@@ -137,8 +144,9 @@ fn best(listing: &Listing, runs: &[Vec<usize>]) -> Option<Vec<Vec<usize>>> {
                 }
             }
         }
-        for (sequence, at) in places {
-            let bytes: usize = sequence.iter().map(|code| code.bytes()).sum();
+        for at in places.values() {
+            let sequence = at[0].iter().filter_map(|line| listing.code(*line));
+            let bytes: usize = sequence.map(AsmInstruction::bytes).sum();
             let won = (at.len() * bytes.saturating_sub(CALL)).saturating_sub(bytes + 2);
             // The first of equally good sequences is taken, so that the result is reproducible.
             let is_better = won > most
