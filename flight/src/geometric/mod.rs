@@ -69,6 +69,8 @@ pub struct GeometricController {
     lift_integral_m_s2: Vec3,
     /// Angular acceleration by the integral of attitude in rad/s².
     torque_integral_rad_s2: Vec3,
+    /// Direction of the body's z axis in the world that the last call wanted.
+    wanted_up: Vec3,
     is_thrust_cut: bool,
     is_tilt_cut: bool,
     is_yaw_cut: bool,
@@ -83,6 +85,7 @@ impl GeometricController {
             settings,
             lift_integral_m_s2: Vec3::ZERO,
             torque_integral_rad_s2: Vec3::ZERO,
+            wanted_up: Vec3::Z,
             is_thrust_cut: false,
             is_tilt_cut: false,
             is_yaw_cut: false,
@@ -94,6 +97,11 @@ impl GeometricController {
         self.lift_integral_m_s2 = Vec3::ZERO;
         self.torque_integral_rad_s2 = Vec3::ZERO;
         self.note_mixing(&MixerOutcome::default());
+    }
+
+    /// Returns the direction of the body's z axis in the world that the last call wanted.
+    pub const fn wanted_up(&self) -> Vec3 {
+        self.wanted_up
     }
 
     /// Returns the thrust in N that the controller believes to keep the height.
@@ -199,6 +207,7 @@ impl GeometricController {
     /// Returns the torque of the attitude loop, and charges its integral.
     fn torque(&mut self, attitude: Mat3, rate: Vec3, desired: &AttitudeMotion, dt_s: f32) -> Vec3 {
         let settings = self.settings;
+        self.wanted_up = desired.attitude.z_axis;
         let to_body = attitude.transpose() * desired.attitude;
         // The axis of the antisymmetric part of R_dᵀR.
         let attitude_error = 0.5

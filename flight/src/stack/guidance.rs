@@ -202,6 +202,7 @@ impl FlightStack {
             }
             (MotorPermission::Descend, None, _) => Some(self.sink(state, dt_s)),
         };
+        self.wanted_up = wrench.map(|_| self.controller.wanted_up());
         let Some(wrench) = wrench else {
             self.blind = None;
             self.forces = MotorForces::default();

@@ -53,8 +53,8 @@ use crate::mixer::Mixer;
 use crate::motor::RotorDrive;
 use crate::planner::Planner;
 use crate::supervisor::{
-    MotorPermission, PilotRequests, RotorStatus, SetpointStatus, Supervisor, SupervisorInput,
-    SupervisorStage,
+    MotorEffort, MotorPermission, PilotRequests, RotorStatus, SetpointStatus, Supervisor,
+    SupervisorInput, SupervisorStage,
 };
 use crate::trust::{MeasurementTrust, TrustLimits};
 use crate::{FlightState, GRAVITY_M_S2, ImuSample, MotorDuties, MotorForces, Reference};
@@ -92,6 +92,9 @@ const RANGE_SIGMA_M: f32 = 0.0025;
 /// rather another robot, or a set of markers that the cameras take for another one.
 const ADOPTED_JUMP_M: f32 = 0.3;
 const ADOPTED_TURN_RAD: f32 = 0.2;
+/// Time constant in seconds of the average over the specific force that a robot lacks: shocks and
+/// vibration are shorter.
+const EFFORT_S: f32 = 0.15;
 /// Age in seconds of a distance to the ground: the sensor measures for 25 ms before it reports.
 const RANGE_AGE_S: f32 = 0.025;
 
@@ -134,6 +137,10 @@ pub struct FlightStack {
     range_trust: MeasurementTrust<f32>,
     peers: HeardPeers,
     forces: MotorForces,
+    /// Direction in the world of the thrust that the controller wants, while it wants one.
+    wanted_up: Option<Vec3>,
+    /// Average of the specific force in m/s² that the robot lacks, in its frame.
+    missing_m_s2: Vec3,
     last_sample: ImuSample,
     /// Height of the center of mass on the ground in m.
     ground_m: f32,
@@ -173,6 +180,8 @@ impl FlightStack {
             range_trust: MeasurementTrust::new(TrustLimits::RANGE),
             peers: HeardPeers::default(),
             forces: MotorForces::default(),
+            wanted_up: None,
+            missing_m_s2: Vec3::ZERO,
             last_sample: ImuSample::default(),
             ground_m: at.position_m.z,
             ticks: 0,
@@ -343,6 +352,7 @@ impl FlightStack {
             self.observe_standstill();
         }
         self.drive.measure_battery(battery_v, TICK_S);
+        self.compare_force();
         let state = self.control_state();
         let health = self.filter.health();
         if health.is_position_valid && health.is_height_valid {
@@ -362,6 +372,7 @@ impl FlightStack {
             setpoint: self.setpoint(),
             has_script_fault: self.has_script_fault,
             thrust_n: self.forces.0.iter().sum(),
+            effort: self.effort(&state),
             rotors: RotorStatus::NotMeasured,
             battery_mv: (battery_v * 1000.0) as u16,
         };
@@ -382,6 +393,27 @@ impl FlightStack {
             return MotorDuties::default();
         }
         self.drive.update(&self.forces, TICK_S)
+    }
+
+    /// Compares the specific force of the present thrust with the measured one.
+    fn compare_force(&mut self) {
+        let thrust_n: f32 = self.drive.thrust().0.iter().sum();
+        let expected_m_s2 = Vec3::Z * (thrust_n / self.settings.vehicle.mass_kg);
+        let missing_m_s2 = expected_m_s2 - self.last_sample.accel_m_s2;
+        self.missing_m_s2 += (missing_m_s2 - self.missing_m_s2) * (TICK_S / EFFORT_S);
+    }
+
+    /// Returns the effort of the motors and what the robot does meanwhile.
+    fn effort(&self, state: &FlightState) -> MotorEffort {
+        let reference_m = self.reference.map(|reference| reference.position_m);
+        let up = state.attitude * Vec3::Z;
+        MotorEffort {
+            missing_m_s2: self.missing_m_s2,
+            offset_m: reference_m.map_or(0.0, |at_m| at_m.distance(state.position_m)),
+            speed_m_s: state.velocity_m_s.length(),
+            reference_height_m: reference_m.map_or(0.0, |at_m| at_m.z - self.ground_m),
+            cosine: self.wanted_up.map_or(1.0, |wanted| wanted.dot(up)),
+        }
     }
 
     fn now_ms(&self) -> u64 {

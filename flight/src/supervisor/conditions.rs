@@ -4,6 +4,7 @@
 //! ground, lifted, outside the fence and without a position. An IMU sample that is not finite is a
 //! fault.
 
+use super::effort::MotorEffort;
 use crate::calibration::ImuFault;
 use crate::{GRAVITY_M_S2, ImuSample, Vehicle};
 
@@ -18,6 +19,9 @@ pub const FENCE_MARGIN_M: f32 = 0.3;
 const UPRIGHT_Z: f32 = 0.866;
 /// Height in m under which a robot may stand on the ground.
 const GROUND_HEIGHT_M: f32 = 0.1;
+/// Height in m under which an upright robot with the shock of a crash has landed hard: the estimate is
+/// off by up to 0.1 m after a descent without a position.
+const HARD_LANDING_M: f32 = 0.15;
 /// Vertical speed in m/s under which a robot may stand on the ground.
 const GROUND_SPEED_M_S: f32 = 0.1;
 /// Share of the robot's weight from which thrust counts as lift. A descent with less would gain
@@ -93,6 +97,7 @@ pub struct SupervisorInput {
     pub has_script_fault: bool,
     /// Thrust of all motors that the controller demands, in N.
     pub thrust_n: f32,
+    pub effort: MotorEffort,
     pub rotors: RotorStatus,
     pub battery_mv: u16,
 }
@@ -158,8 +163,12 @@ pub struct Conditions {
     pub is_outside_fence: bool,
     /// The robot demands more thrust than half its weight.
     pub has_lift: bool,
+    /// Motors push with most of the robot's weight and have no effect.
+    pub is_vain: bool,
     /// The robot is near the ground and neither rises nor sinks.
     pub is_at_ground: bool,
+    /// The robot is near the ground.
+    pub is_low: bool,
     pub rotors: RotorStatus,
     pub battery: BatteryLevel,
 }
@@ -184,7 +193,9 @@ impl Conditions {
         has_script_fault: false,
         is_outside_fence: false,
         has_lift: false,
+        is_vain: false,
         is_at_ground: true,
+        is_low: true,
         rotors: RotorStatus::NotMeasured,
         battery: BatteryLevel::Good,
     };
@@ -202,8 +213,8 @@ pub struct SupervisorLimits {
     pub battery_low_mv: u16,
     /// Voltage in mV below which the robot lands.
     pub battery_empty_mv: u16,
-    /// Thrust in N from which the robot may leave the ground.
-    pub lift_n: f32,
+    /// The robot's weight in N.
+    pub weight_n: f32,
 }
 
 impl SupervisorLimits {
@@ -216,8 +227,8 @@ impl SupervisorLimits {
     /// Returns the limits of a vehicle with a battery that is low and empty at these voltages in
     /// mV.
     pub const fn new(vehicle: &Vehicle, battery_low_mv: u16, battery_empty_mv: u16) -> Self {
-        let lift_n = LIFT_SHARE * vehicle.mass_kg * GRAVITY_M_S2;
-        SupervisorLimits { battery_low_mv, battery_empty_mv, lift_n }
+        let weight_n = vehicle.mass_kg * GRAVITY_M_S2;
+        SupervisorLimits { battery_low_mv, battery_empty_mv, weight_n }
     }
 
     /// Returns the conditions that the input shows.
@@ -261,9 +272,11 @@ impl SupervisorLimits {
             is_outside_fence: input
                 .fence_excursion_m
                 .is_some_and(|m| !m.is_finite() || m > FENCE_MARGIN_M),
-            has_lift: !input.thrust_n.is_finite() || input.thrust_n >= self.lift_n,
+            has_lift: !input.thrust_n.is_finite() || input.thrust_n >= LIFT_SHARE * self.weight_n,
+            is_vain: input.effort.is_vain(input.thrust_n, self.weight_n, input.height_m),
             is_at_ground: input.height_m < GROUND_HEIGHT_M
                 && input.vertical_speed_m_s.abs() < GROUND_SPEED_M_S,
+            is_low: input.height_m < HARD_LANDING_M,
             rotors: input.rotors,
             battery: if input.battery_mv < self.battery_empty_mv {
                 BatteryLevel::Empty
@@ -306,6 +319,7 @@ mod tests {
             setpoint: Some(SetpointStatus { age_ms: 0, needs_position: true }),
             has_script_fault: false,
             thrust_n: 0.0,
+            effort: MotorEffort::NONE,
             rotors: RotorStatus::NotMeasured,
             battery_mv: 3900,
         }

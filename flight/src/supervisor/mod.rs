@@ -47,8 +47,10 @@
 //! | Flying, Landing, LevelOut | UpsideDown | 100 | Crashed |
 //! | Flying, Landing, LevelOut | WeightUpwards | 100 | Crashed |
 //! | Flying, Landing, LevelOut | WeightSideways | 1000 | Crashed |
+//! | Flying, Landing, LevelOut | HardLanding | 2 | Landed |
 //! | Flying, Landing, LevelOut | Impact | 2 | Crashed |
 //! | Flying, Landing, LevelOut | BlockedRotor | 200 | Crashed |
+//! | Flying, Landing, LevelOut | NoEffect | 500 | Crashed |
 //! | Flying, Landing, LevelOut | SetpointLost | | Locked |
 //! | Flying, Landing, LevelOut | OutsideFenceWithoutPosition | 100 | Locked |
 //! | Landing, LevelOut | DescentTimeout | 30000 | Locked |
@@ -70,6 +72,9 @@
 //! * `UpsideDown` is about the estimated attitude; `WeightUpwards` and `WeightSideways` are about
 //!   the accelerometer, whose times start anew in free fall.
 //! * `Lift` is lift that a fresh set-point demands.
+//! * `HardLanding` is an impact of an upright robot that lands by itself, or is near the ground.
+//!   `NoEffect` is about a robot that something holds, or that does not leave the ground
+//!   ([`MotorEffort`]).
 //! * `SetpointLost` is an age over 2 s without a position. `NoSetpoint` is an age over 500 ms, or a
 //!   set-point that needs a position while there is none.
 //! * `SetpointRenewed` applies to a robot that levels out by `NoSetpoint` and has not begun to
@@ -89,6 +94,7 @@
 //! | all others | Off |
 
 mod conditions;
+mod effort;
 mod preflight;
 mod state;
 #[cfg(test)]
@@ -100,6 +106,7 @@ pub use conditions::{
     RotorStatus, SETPOINT_LATE_MS, SETPOINT_LOST_MS, SetpointFreshness, SetpointStatus,
     SupervisorInput, SupervisorLimits,
 };
+pub use effort::MotorEffort;
 pub use preflight::{FailedChecks, PreflightCheck};
 pub use state::{
     ARMED_TIMEOUT_MS, ARMING_TIMEOUT_MS, CALM_MS, CrashCause, DESCENT_TIMEOUT_MS, Descent,
@@ -215,7 +222,7 @@ impl State {
             }
             State::Flying(monitor) => {
                 let found = monitor.update(elapsed_ms, now);
-                in_air(&found, now)
+                in_air(&found, now, false)
                     .or_else(|| touchdown(found.is_on_ground_without_lift, &found))
                     .or_else(|| reason_to_land(&found, now, *monitor))
             }
@@ -223,7 +230,9 @@ impl State {
                 let is_timeout = descent.waited.update(true, elapsed_ms);
                 let is_on_ground = ground.update(now.is_at_ground, elapsed_ms);
                 let found = monitor.update(elapsed_ms, now);
-                if let Some(change) = in_air(&found, now).or_else(|| descent_timeout(is_timeout)) {
+                if let Some(change) =
+                    in_air(&found, now, true).or_else(|| descent_timeout(is_timeout))
+                {
                     return Some(change);
                 }
                 if is_on_ground {
@@ -239,7 +248,7 @@ impl State {
                 let is_timeout = waited.update(true, elapsed_ms);
                 let found = monitor.update(elapsed_ms, now);
                 if let Some(change) =
-                    in_air(&found, now).or_else(|| descent_timeout(is_descent_timeout))
+                    in_air(&found, now, true).or_else(|| descent_timeout(is_descent_timeout))
                 {
                     return Some(change);
                 }
@@ -314,7 +323,9 @@ fn on_ground(tumble: Option<TumbleSign>, now: &Conditions) -> Option<Change> {
 }
 
 /// Returns the change of a robot in the air whose motors have to stop at once.
-fn in_air(found: &FlightFindings, now: &Conditions) -> Option<Change> {
+///
+/// `descends`: the robot lands by itself.
+fn in_air(found: &FlightFindings, now: &Conditions, descends: bool) -> Option<Change> {
     if now.requests.disarm {
         return Some((SupervisorEvent::DisarmRequest, State::disarmed(now)));
     }
@@ -323,10 +334,19 @@ fn in_air(found: &FlightFindings, now: &Conditions) -> Option<Change> {
         return Some((sign.into(), crashed(CrashCause::Tumble(sign))));
     }
     if found.has_impact {
-        return Some((SupervisorEvent::Impact, crashed(CrashCause::Impact)));
+        // The height of a robot that lands by itself may be wrong.
+        let stands = (now.is_low || descends) && now.inclination == Inclination::Upright;
+        return Some(if stands {
+            (SupervisorEvent::HardLanding, State::landed())
+        } else {
+            (SupervisorEvent::Impact, crashed(CrashCause::Impact))
+        });
     }
     if found.has_blocked_rotor {
         return Some((SupervisorEvent::BlockedRotor, crashed(CrashCause::BlockedRotor)));
+    }
+    if found.has_no_effect {
+        return Some((SupervisorEvent::NoEffect, crashed(CrashCause::NoEffect)));
     }
     if now.has_position {
         return None;

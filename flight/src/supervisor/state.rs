@@ -39,6 +39,8 @@ pub enum CrashCause {
     Tumble(TumbleSign),
     Impact,
     BlockedRotor,
+    /// The motors pushed, and the robot did not move as it would in the air.
+    NoEffect,
 }
 
 /// Reason why motors stay off until the next power-on.
@@ -206,8 +208,10 @@ pub enum SupervisorEvent {
     ArmedCheckFailed,
     RotorsIdle,
     Lift,
+    HardLanding,
     Impact,
     BlockedRotor,
+    NoEffect,
     SetpointLost,
     OutsideFenceWithoutPosition,
     Ground,

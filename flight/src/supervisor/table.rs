@@ -62,7 +62,13 @@ struct Start {
 
 /// Returns the conditions of a robot that flies.
 fn in_flight() -> Conditions {
-    Conditions { is_still: false, has_lift: true, is_at_ground: false, ..Conditions::AT_REST }
+    Conditions {
+        is_still: false,
+        has_lift: true,
+        is_at_ground: false,
+        is_low: false,
+        ..Conditions::AT_REST
+    }
 }
 
 /// Takes steps under conditions that `change` makes of `usual`.
@@ -164,7 +170,9 @@ const CHANGES: &[fn(&mut Conditions)] = &[
     |now| now.has_script_fault = true,
     |now| now.is_outside_fence = true,
     |now| now.has_lift = !now.has_lift,
+    |now| now.is_vain = true,
     |now| now.is_at_ground = !now.is_at_ground,
+    |now| now.is_low = !now.is_low,
     |now| now.battery = BatteryLevel::Low,
     |now| now.battery = BatteryLevel::Empty,
     |now| now.rotors = RotorStatus::Turning,
@@ -215,7 +223,12 @@ fn occurs(event: &str, start: &Start, now: &Conditions) -> bool {
             matches!(now.rotors, RotorStatus::NotMeasured | RotorStatus::Turning)
         }
         "Lift" => now.has_lift && !is_late,
+        "HardLanding" => {
+            let descends = start.supervisor.state.stage() != SupervisorStage::Flying;
+            now.has_impact && is_upright && (now.is_low || descends)
+        }
         "Impact" => now.has_impact,
+        "NoEffect" => now.is_vain,
         "BlockedRotor" => now.rotors == RotorStatus::Blocked,
         "SetpointLost" => is_lost && !now.has_position,
         "OutsideFenceWithoutPosition" => now.is_outside_fence && !now.has_position,

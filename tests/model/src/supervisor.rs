@@ -186,7 +186,13 @@ pub struct FlightBounds<S> {
 
 /// Returns the conditions of a robot that flies.
 fn in_flight() -> Conditions {
-    Conditions { is_still: false, has_lift: true, is_at_ground: false, ..Conditions::AT_REST }
+    Conditions {
+        is_still: false,
+        has_lift: true,
+        is_at_ground: false,
+        is_low: false,
+        ..Conditions::AT_REST
+    }
 }
 
 /// A change of conditions.
@@ -209,6 +215,8 @@ pub const FALLS: &[Change] = &[
     |now| now.acceleration = Acceleration::FreeFall,
     |now| now.is_still = !now.is_still,
     |now| now.has_impact = true,
+    |now| now.is_low = !now.is_low,
+    |now| now.is_vain = true,
     |now| now.rotors = RotorStatus::Slow,
     |now| now.rotors = RotorStatus::Blocked,
 ];

@@ -16,6 +16,7 @@
 //! | thrust, torque by speed | `P250` | `B500` | read |
 //! | speed by voltage, spin up, spin down | `P250` | `B500` | read |
 //! | propeller inertia, drag | `P250` | `B500` | read |
+//! | center of mass | 0 | 0 | choice; decks and markers move it by millimeters |
 //! | propeller radius | 23.4 mm | 27.5 mm | read, older |
 //! | capacity | 250 mAh | 350 mAh | recalled; `platform_defaults_cf21bl.h` |
 //! | resistance | 0.20 Ω | 0.15 Ω | choice in the range 0.15 to 0.25 Ω |
@@ -23,7 +24,7 @@
 //! | feet, propeller plane | 15, 10 mm | 15, 12 mm | choice; the robot is 29 mm high |
 //! | spread of motors | 2 % | 2 % | choice |
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::battery::BatteryCell;
 
@@ -46,6 +47,8 @@ pub struct Airframe {
     pub inertia_kg_m2: DVec3,
     /// Distance of each motor from the x axis, and from the y axis, in m.
     pub arm_m: f64,
+    /// Place of the center of mass from the middle of the motors, along the body's x and y, in m.
+    pub center_m: DVec2,
     /// Radius of a propeller in m.
     pub propeller_radius_m: f64,
     /// Moment of inertia of a propeller and its rotor about its axis, in kg·m².
@@ -82,6 +85,7 @@ impl Airframe {
         mass_kg: 0.0318,
         inertia_kg_m2: DVec3::new(16.8e-6, 16.8e-6, 29.8e-6),
         arm_m: 0.032_53,
+        center_m: DVec2::ZERO,
         propeller_radius_m: 23.4e-3,
         propeller_inertia_kg_m2: 26.97e-9,
         thrust_n_rpm: [-3.6200e-7, 1.606_09e-10],
@@ -107,6 +111,7 @@ impl Airframe {
         mass_kg: 0.043_38,
         inertia_kg_m2: DVec3::new(25e-6, 28e-6, 49e-6),
         arm_m: 0.035_355,
+        center_m: DVec2::ZERO,
         propeller_radius_m: 27.5e-3,
         propeller_inertia_kg_m2: 38.93e-9,
         thrust_n_rpm: [-3.1334e-7, 4.407_35e-10],
@@ -192,11 +197,13 @@ impl Airframe {
         self.speed_rpm(self.hover_thrust_n())
     }
 
-    /// Returns the position of each motor in the body frame, without its height, in m.
+    /// Returns the position of each motor in the body frame, whose origin is the center of mass, without
+    /// its height, in m.
     #[must_use]
     pub fn motor_positions_m(&self) -> [DVec3; 4] {
         let arm = self.arm_m;
-        [[arm, -arm], [-arm, -arm], [-arm, arm], [arm, arm]].map(|[x, y]| DVec3::new(x, y, 0.0))
+        [[arm, -arm], [-arm, -arm], [-arm, arm], [arm, arm]]
+            .map(|[x, y]| (DVec2::new(x, y) - self.center_m).extend(0.0))
     }
 }
 

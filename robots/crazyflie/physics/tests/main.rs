@@ -7,3 +7,5 @@ mod faults;
 mod flight;
 mod flight_closed_loop;
 mod ground;
+mod held;
+mod load;

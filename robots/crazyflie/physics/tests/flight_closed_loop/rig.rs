@@ -62,6 +62,12 @@ impl Rig {
         Self::new(Positioning::Capture(Box::new(MotionCapture::new(CAPTURE, seed))), seed)
     }
 
+    /// A Crazyflie 2.1+ of another build in a room with motion capture.
+    pub fn with_airframe(airframe: Airframe, seed: u64) -> Self {
+        let capture = Positioning::Capture(Box::new(MotionCapture::new(CAPTURE, seed)));
+        Self::of_kind(airframe, StackSettings::CRAZYFLIE_2_1_PLUS, capture, seed)
+    }
+
     /// A Brushless in a room with motion capture.
     pub fn brushless_with_capture(seed: u64) -> Self {
         let capture = Positioning::Capture(Box::new(MotionCapture::new(CAPTURE, seed)));
@@ -243,6 +249,11 @@ impl Rig {
         self.stack.take_off(height_m, Some(2.0)).expect("no take-off");
         self.run(SETTLED_S, |_| {});
         assert_eq!(self.stack.stage(), SupervisorStage::Flying, "{:?}", self.drone.state());
+    }
+
+    /// Returns true if no motor is driven.
+    pub fn motors_are_off(&self) -> bool {
+        self.duties == MotorDuties::default()
     }
 
     /// Returns the distance in m between the body and the reference.
