@@ -403,7 +403,7 @@ impl FlightStack {
         self.missing_m_s2 += (missing_m_s2 - self.missing_m_s2) * (TICK_S / EFFORT_S);
     }
 
-    /// Returns the effort of the motors and what the robot does meanwhile.
+    /// Returns the effort of the motors and the motion of the robot meanwhile.
     fn effort(&self, state: &FlightState) -> MotorEffort {
         let reference_m = self.reference.map(|reference| reference.position_m);
         let up = state.attitude * Vec3::Z;

@@ -20,7 +20,7 @@ const HELD_SIDEWAYS_M_S2: f32 = 3.2;
 const HELD_UPWARDS_M_S2: f32 = 3.7;
 const HELD_SPEED_M_S: f32 = 0.4;
 /// Acceleration in m/s² sideways and distance from the reference in m that together are such a sign: wind
-/// that displaces the robot so far pushes with 3.1 m/s².
+/// that displaces the robot as much pushes with 3.1 m/s².
 const DISPLACED_M_S2: f32 = 2.2;
 const DISPLACED_M: f32 = 0.23;
 /// Height in m that a take-off reaches in time, and height in m of the reference that asks for it.
@@ -30,7 +30,7 @@ const SENT_UP_M: f32 = 0.02;
 /// does not turn as it should: 60 degrees.
 const ASTRAY_COSINE: f32 = 0.5;
 
-/// The effort of the motors, and what the robot does meanwhile.
+/// The effort of the motors, and the motion of the robot meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotorEffort {
     /// Specific force of the present thrust minus the measured one, in m/s² in the robot's frame, averaged
