@@ -95,7 +95,7 @@ pub fn ci(step: Option<Step>) -> Result<()> {
 
 /// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
 /// emulators count while the tests are compiled, and the sample of the long tests runs while browsers
-/// do. The lints of what runs on this computer need no package, and run while packages come from the
+/// do. The lints of host programs need no package, and run while packages come from the
 /// network and beside the other lints.
 fn all_steps() -> Result<()> {
     let start = Instant::now();

@@ -2,7 +2,7 @@
 //!
 //! Poses by radio carry no time, and the way from the cameras to the robot takes 10 to 60 ms that
 //! change. A constant speed does not show the age, but a turn does: the gyroscope shows the attitude
-//! of each moment of the past, and the measured attitude lags behind the one of the assumed age by rate
+//! of each moment of the past, and the measured attitude is later than the one of the assumed age by rate
 //! times delay. The regression of one on the other over the last seconds is the delay. It uses roll
 //! and pitch only: they always turn back, so a marker frame that is off does not look like a delay.
 
@@ -26,7 +26,7 @@ const LEAST_DELAY_S: f32 = 0.004;
 pub(super) struct PoseAge {
     /// Part of the rate that the filter has taken over, per second of delay.
     taken_rad_s: Vec2,
-    /// Sum of rate · (angle by which the measured attitude lags behind the assumed age).
+    /// Sum of rate · (angle from the measured attitude to that of the assumed age).
     lag_rad2_s: f32,
     /// Sum of squared rates.
     rate_rad2_s2: f32,

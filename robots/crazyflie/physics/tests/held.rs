@@ -147,7 +147,7 @@ fn loads_ceilings_and_wind_end_no_flight() {
     fly_on(0..20);
 }
 
-/// A minute: `cargo xtask soak` runs it.
+/// Some seconds: `cargo xtask soak claims` runs it. The limits were chosen with the numbers above.
 #[test]
 #[ignore = "soak"]
 fn two_hundred_loads_ceilings_and_winds_end_no_flight() {
