@@ -47,7 +47,7 @@ pub(crate) struct Visit {
     end: usize,
     /// The first cell of the pairs, 0 once they are visited.
     pairs: usize,
-    /// The next key of the array.
+    /// The next key of the array, and among the pairs the number of places before.
     index: u16,
 }
 
@@ -66,6 +66,11 @@ impl Visit {
     /// Returns the visit as numbers that fit into slots.
     pub(crate) fn parts(&self) -> [u16; VISIT] {
         [self.slot as u16, self.end as u16, self.pairs as u16, self.index]
+    }
+
+    /// Returns the number of places that were visited, free ones too.
+    pub(crate) fn places(&self) -> u16 {
+        self.index
     }
 
     /// Returns the slot of the value that was visited last.

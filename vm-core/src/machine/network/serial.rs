@@ -150,10 +150,14 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         // The place in the content of the table's number of pairs, and the number of pairs already
         // written.
         let (mut place, mut pairs) = (0, 0);
+        // A table that repeats, or that contains itself, is visited again. Its free places need no
+        // room in the content, but time, so all visits together may see as many places as the
+        // memory has.
+        let mut places = SLOTS;
         let mut value = value;
         loop {
             self.write_item(writer, value)?;
-            if !writer.fits() {
+            if !writer.fits() || places == 0 {
                 return Err(self.fail(FaultCode::TooLong));
             }
             if is_table(value) {
@@ -172,7 +176,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if usize::from(self.sp) == base {
                     return Ok(());
                 }
-                if let Some([key, next]) = self.arena.next_stored(&mut visit) {
+                let seen = visit.places();
+                let stored = self.arena.next_stored(&mut visit);
+                places = places.saturating_sub(visit.places().wrapping_sub(seen).into());
+                if let Some([key, next]) = stored {
                     pairs += 1;
                     self.write_item(writer, key)?;
                     value = next;
