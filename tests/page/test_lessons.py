@@ -13,6 +13,7 @@ import tomllib
 import xml.etree.ElementTree
 
 import pytest
+from conftest import note_problems
 from playwright.sync_api import expect
 from test_editor import write
 from test_page import address, bbz
@@ -250,8 +251,7 @@ def opened(browser, tmp_path):
         processes.append(process)
         page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.on("dialog", lambda dialog: dialog.accept())
-        page.on("console", lambda message: problems.append(message.text))
-        page.on("pageerror", lambda error: problems.append(str(error)))
+        note_problems(page, problems)
         page.goto(address(process))
         expect(page.locator("#clock")).to_contain_text("0.0 s of")
         pages.append(page)

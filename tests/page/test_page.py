@@ -17,6 +17,7 @@ import urllib.request
 import xml.etree.ElementTree
 
 import pytest
+from conftest import note_problems
 from playwright.sync_api import expect
 
 # In its first step robot 7 receives nothing yet, later messages of robot 6. Its step 20 divides by zero.
@@ -121,8 +122,7 @@ def window(browser):
     page.problems, page.hosts = [], set()
     # A page with changes asks before it is left.
     page.on("dialog", lambda dialog: dialog.accept())
-    page.on("console", lambda message: page.problems.append(message.text))
-    page.on("pageerror", lambda error: page.problems.append(str(error)))
+    note_problems(page, page.problems)
     page.on("request", lambda request: page.hosts.add(request.url.split("/")[2]))
     return page
 

@@ -12,6 +12,7 @@ import threading
 import tomllib
 
 import pytest
+from conftest import note_problems
 from playwright.sync_api import expect
 from test_editor import write
 from test_page import SECONDS_MAX
@@ -31,8 +32,7 @@ def site():
 def page(browser, site):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     problems, hosts = [], set()
-    page.on("console", lambda message: problems.append(message.text))
-    page.on("pageerror", lambda error: problems.append(str(error)))
+    note_problems(page, problems)
     page.on("request", lambda request: request.url.startswith("blob:") or hosts.add(request.url.split("/")[2]))
     # A page with changes asks before it is left.
     page.on("dialog", lambda dialog: dialog.accept())
@@ -254,8 +254,7 @@ def test_the_page_is_exported_as_one_file(page, browser, tmp_path):
     download.value.save_as(path)
     exported = browser.new_page(viewport={"width": 1280, "height": 800})
     problems, addresses = [], []
-    exported.on("console", lambda message: problems.append(message.text))
-    exported.on("pageerror", lambda error: problems.append(str(error)))
+    note_problems(exported, problems)
     exported.on("request", lambda request: addresses.append(request.url.split(":")[0]))
     exported.goto(path.as_uri())
     expect(exported.locator("#clock")).to_have_text("0.0 s of 120.0 s")

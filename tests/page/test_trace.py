@@ -2,6 +2,7 @@
 
 import subprocess
 
+from conftest import note_problems
 from playwright.sync_api import expect
 from test_page import address, bbz
 
@@ -12,8 +13,7 @@ def test_lines_of_a_robot_are_shown(browser, tmp_path):
     process = subprocess.Popen(command, cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     problems = []
-    page.on("console", lambda message: problems.append(message.text))
-    page.on("pageerror", lambda error: problems.append(str(error)))
+    note_problems(page, problems)
     page.goto(address(process))
     process.stdin.write("0.250000 INFO  motors are armed\n12.500000 WARN  battery is low\n")
     process.stdin.flush()

@@ -5,7 +5,7 @@ import re
 import signal
 
 import pytest
-from conftest import launch
+from conftest import launch, note_problems
 from playwright.sync_api import expect
 from test_editor import RED, editor, text, write
 from test_page import SCRIPT, SECONDS_MAX, at, end, session, show
@@ -24,8 +24,7 @@ def open_page(browser):
     def opened(process):
         contexts.append(browser.new_context(viewport={"width": 1280, "height": 800}))
         page = contexts[-1].new_page()
-        page.on("console", lambda message: problems.append(message.text))
-        page.on("pageerror", lambda error: problems.append(str(error)))
+        note_problems(page, problems)
         page.goto(process.url)
         at(page, 0)
         return page

@@ -5,6 +5,7 @@ import subprocess
 import xml.etree.ElementTree
 
 import pytest
+from conftest import note_problems
 from playwright.sync_api import expect
 from test_page import SCENARIO, SCRIPT, SECONDS_MAX, address, at, bbz, go, place, robot
 
@@ -24,8 +25,7 @@ def page(browser, recording):
     process = subprocess.Popen(bbz("view", recording, "--no-browser"), stdout=subprocess.PIPE, text=True)
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     problems = []
-    page.on("console", lambda message: problems.append(message.text))
-    page.on("pageerror", lambda error: problems.append(str(error)))
+    note_problems(page, problems)
     page.goto(address(process))
     at(page, 0)
     yield page

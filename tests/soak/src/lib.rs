@@ -10,7 +10,6 @@ mod fuzz;
 mod guides;
 mod kilobots;
 mod mutants;
-mod pairs;
 mod properties;
 mod protocol;
 mod same;
@@ -155,7 +154,7 @@ pub fn run(part: Option<&str>) -> Result<()> {
 }
 
 /// A sample for CI: some of the mutants, of those of squeeze as well, an example with squeeze and
-/// without, a thousand steps of some of the Kilobots' examples and some seeds of the convergence. The
+/// without, a thousand steps of one of the Kilobots' examples and some seeds of the convergence. The
 /// tests pass without the mutants. They have the sample of the fuzz targets.
 pub fn sample() -> Result<()> {
     for (name, test) in mutants::sample() {
