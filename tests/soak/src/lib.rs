@@ -6,6 +6,7 @@ mod corpus;
 mod day;
 mod evidence;
 mod executions;
+mod flights;
 mod fuzz;
 mod guides;
 mod kilobots;
@@ -75,6 +76,7 @@ const PARTS: &[Part] = &[
     },
     Part { name: "corpus", items: corpus::items, run: corpus::run, made_of: corpus::MADE_OF },
     Part { name: "day", items: day::items, run: day::run, made_of: SIMULATION },
+    Part { name: "flights", items: flights::items, run: flights::run, made_of: flights::MADE_OF },
     // Each target has a count of executions of its own, until the files change that it exercises.
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run, made_of: ALL },
     // The file with the runs keeps the hashes of the files of each guide.

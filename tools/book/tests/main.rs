@@ -4,6 +4,7 @@
 
 mod book;
 mod evidence;
+mod flights;
 mod generated;
 mod performance;
 mod robot_pages;

@@ -45,7 +45,7 @@ fn geometric_mean(ratios: &[f64]) -> f64 {
 }
 
 /// Formats a number with commas between thousands.
-fn number(value: f64) -> String {
+pub fn number(value: f64) -> String {
     let digits = format!("{value:.0}");
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {

@@ -6,6 +6,7 @@ mod disturbances;
 mod faults;
 mod flight;
 mod flight_closed_loop;
+mod fresh;
 mod ground;
 mod held;
 mod load;

@@ -71,6 +71,7 @@ const DEGREE: f64 = core::f64::consts::PI / 180.0;
 /// One flight: everything that differs between flights.
 #[derive(Clone, Debug)]
 pub struct Scenario {
+    pub number: usize,
     pub seed: u64,
     /// Index in [`CASES`].
     pub case: usize,
@@ -96,7 +97,7 @@ impl Scenario {
         let course_rad = random.unit() * core::f64::consts::TAU;
         let path = Random::new(seed ^ 0x0070_110f);
         let states_noise = (number / CASES.len()).is_multiple_of(2);
-        Scenario { seed, case, kind, source, strength, states_noise, course_rad, path }
+        Scenario { number, seed, case, kind, source, strength, states_noise, course_rad, path }
     }
 
     /// Returns a vector of this length along the course.

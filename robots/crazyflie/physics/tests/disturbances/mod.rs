@@ -10,10 +10,20 @@ mod report;
 
 use report::Report;
 
+use crate::fresh::numbers;
+
 /// The limits of the flight controller were chosen with numbers from 10,000 on.
 #[test]
 fn two_hundred_flights_under_disturbances() {
     Report::of(0..200).check();
+}
+
+#[test]
+#[ignore = "`cargo xtask soak flights` runs it"]
+fn fresh_flights_under_disturbances() {
+    let report = Report::of(numbers());
+    report.print_figures();
+    report.check();
 }
 
 /// Prints the table of the numbers with which limits are chosen, and asserts nothing.

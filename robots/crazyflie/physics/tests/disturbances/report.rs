@@ -1,10 +1,13 @@
 //! The table of many flights, and the limits that they keep.
 
-use std::sync::Mutex;
+use std::ops::Range;
+
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::disturbances::disturbance::{CASES, DisturbanceKind, PositionSource, Scenario};
 use crate::disturbances::flight::{Observations, fly};
 use crate::flight_closed_loop::figures::{mean, rms, worst};
+use crate::fresh::{print_count, print_worst};
 
 /// Largest error in m, and that in gusts.
 const ERROR_M_MAX: f64 = 0.3;
@@ -21,26 +24,13 @@ pub struct Report(Vec<(Scenario, Observations)>);
 
 impl Report {
     /// Flies the scenarios of these numbers on all cores.
-    pub fn of(numbers: impl Iterator<Item = usize>) -> Self {
-        let numbers = Mutex::new(numbers.collect::<Vec<_>>().into_iter());
-        let flights = Mutex::new(Vec::new());
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        std::thread::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(|| {
-                    loop {
-                        let next = numbers.lock().expect("no panic").next();
-                        let Some(number) = next else { return };
-                        let scenario = Scenario::new(number);
-                        let observations = fly(&scenario);
-                        flights.lock().expect("no panic").push((scenario, observations));
-                    }
-                });
-            }
+    pub fn of(numbers: Range<usize>) -> Self {
+        let flown = numbers.into_par_iter().map(|number| {
+            let scenario = Scenario::new(number);
+            let observations = fly(&scenario);
+            (scenario, observations)
         });
-        let mut flights = flights.into_inner().expect("no panic");
-        flights.sort_by_key(|(scenario, _)| scenario.seed);
-        Report(flights)
+        Report(flown.collect())
     }
 
     fn of_case(&self, case: usize) -> impl Iterator<Item = &Observations> {
@@ -94,6 +84,26 @@ impl Report {
                 println!("{faults:?} {scenario:?}\n    {found:?}");
             }
         }
+    }
+
+    /// Prints what `cargo xtask soak flights` keeps: worst figures and numbers of flights.
+    pub fn print_figures(&self) {
+        let values = |value: fn(&Observations) -> f64| {
+            self.0.iter().map(move |(scenario, found)| (scenario, (value(found) * 1e3).round()))
+        };
+        for (case, (kind, source, ..)) in CASES.into_iter().enumerate() {
+            // Some kinds have two cases of different strength.
+            let errors = values(|found| found.worst_m).map(|(scenario, error_mm)| {
+                (scenario.number, (scenario.case == case).then_some(error_mm))
+            });
+            print_worst(&format!("mm of error, {kind:?} with {source:?}"), errors);
+        }
+        let heights = values(|found| found.height_error_m).map(|(scenario, error_mm)| {
+            let has_deck = scenario.source == PositionSource::FlowDeck;
+            (scenario.number, has_deck.then_some(error_mm))
+        });
+        print_worst("mm of error of the height above the floor", heights);
+        print_count("end early", self.0.iter().filter(|(_, found)| found.lost.is_some()).count());
     }
 
     /// Prints the table, then asserts the limits.

@@ -85,6 +85,7 @@ pub enum PositionSource {
 /// One flight: everything that differs between flights.
 #[derive(Clone, Debug)]
 pub struct Scenario {
+    pub number: usize,
     pub seed: u64,
     pub kind: FaultKind,
     pub source: PositionSource,
@@ -128,6 +129,7 @@ impl Scenario {
         let direction = DVec3::new(between(-1.0, 1.0), between(-1.0, 1.0), between(-0.3, 0.3));
         let is_constant = between(0.0, 1.0) < 0.5;
         Scenario {
+            number,
             seed,
             kind,
             source: kind.source().unwrap_or(drawn),

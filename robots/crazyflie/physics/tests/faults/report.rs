@@ -1,9 +1,12 @@
 //! The table of many flights, and the limits that they keep.
 
-use std::sync::Mutex;
+use std::ops::Range;
+
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::faults::fault::{FaultKind, Scenario};
 use crate::faults::flight::{Observations, fly};
+use crate::fresh::{print_count, print_worst};
 
 /// Largest distance outside the fence in m of a robot that knows its position.
 const EXCURSION_M_MAX: f64 = 0.3;
@@ -21,26 +24,13 @@ pub struct Report(Vec<(Scenario, Observations)>);
 
 impl Report {
     /// Flies the scenarios of these numbers on all cores.
-    pub fn of(numbers: impl Iterator<Item = usize>) -> Self {
-        let numbers = Mutex::new(numbers.collect::<Vec<_>>().into_iter());
-        let flights = Mutex::new(Vec::new());
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        std::thread::scope(|scope| {
-            for _ in 0..threads {
-                scope.spawn(|| {
-                    loop {
-                        let next = numbers.lock().expect("no panic").next();
-                        let Some(number) = next else { return };
-                        let scenario = Scenario::new(number);
-                        let observations = fly(&scenario);
-                        flights.lock().expect("no panic").push((scenario, observations));
-                    }
-                });
-            }
+    pub fn of(numbers: Range<usize>) -> Self {
+        let flown = numbers.into_par_iter().map(|number| {
+            let scenario = Scenario::new(number);
+            let observations = fly(&scenario);
+            (scenario, observations)
         });
-        let mut flights = flights.into_inner().expect("no panic");
-        flights.sort_by_key(|(scenario, _)| scenario.seed);
-        Report(flights)
+        Report(flown.collect())
     }
 
     fn of_kind(&self, kind: FaultKind) -> impl Iterator<Item = &Observations> {
@@ -89,6 +79,34 @@ impl Report {
                 println!("{faults:?} {scenario:?}\n    {found:?}");
             }
         }
+    }
+
+    /// Prints what `cargo xtask soak flights` keeps: worst figures and numbers of flights.
+    pub fn print_figures(&self) {
+        let worst = |figure: &str, value: &dyn Fn(&Scenario, &Observations) -> Option<f64>| {
+            let values = self.0.iter();
+            print_worst(
+                figure,
+                values.map(|(scenario, found)| (scenario.number, value(scenario, found))),
+            );
+        };
+        worst("mm outside the fence", &|_, found| Some((found.excursion_m * 1e3).round()));
+        worst("ms until motors are off after a crash", &|_, found| {
+            found.off_after_crash_ms.map(|ms| ms as f64)
+        });
+        for kind in FaultKind::ALL {
+            worst(&format!("ms until {kind:?} is found"), &|scenario, found| {
+                let ms = found.found_ms().filter(|_| scenario.kind == kind)?;
+                Some(ms as f64)
+            });
+        }
+        let others = || self.0.iter().filter(|(scenario, _)| !scenario.kind.is_imu_fault());
+        print_count("can land", others().count());
+        print_count("land upright", others().filter(|(_, found)| found.has_landed()).count());
+        print_count(
+            "landings taken for a crash",
+            self.0.iter().filter(|(_, found)| found.has_false_crash).count(),
+        );
     }
 
     /// Prints the table, then asserts the limits.
