@@ -186,7 +186,9 @@ impl BenchFlight {
         if let Some(number) = (phase as usize).checked_sub(1).filter(|number| *number < PEERS) {
             let report = peer_report(number, self.tick);
             // A report that is refused would leave the table as it is.
-            let _ = count(meter, FlightTask::PeerReport, || self.pilot.update_peer(report));
+            let _ = count(meter, FlightTask::PeerReport, || {
+                self.pilot.update_peer(report, &mut self.stack)
+            });
         }
         if phase == 0 {
             count(meter, FlightTask::Command, || self.step_script());

@@ -3,7 +3,7 @@
 use crate::planner::{Destination, PlanReport, VelocityCommand};
 use crate::stack::{FlightRefusal, FlightStack};
 use crate::supervisor::SupervisorStage;
-use crate::{FlightState, Reference};
+use crate::{FlightState, Reference, Vec3};
 
 /// The state of an aircraft that a pilot needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,6 +57,9 @@ pub trait Aircraft {
     /// Follows a velocity; see [`FlightStack::fly`].
     fn fly(&mut self, velocity: &VelocityCommand);
 
+    /// Takes the place of another robot in m; see [`FlightStack::hear_peer`].
+    fn hear_peer(&mut self, position_m: Vec3);
+
     /// Takes a sign of life of the script.
     fn renew(&mut self);
 
@@ -100,6 +103,10 @@ impl Aircraft for FlightStack {
 
     fn fly(&mut self, velocity: &VelocityCommand) {
         FlightStack::fly(self, velocity);
+    }
+
+    fn hear_peer(&mut self, position_m: Vec3) {
+        FlightStack::hear_peer(self, position_m);
     }
 
     fn renew(&mut self) {

@@ -184,11 +184,17 @@ impl Pilot {
         }
     }
 
-    /// Passes the report of another robot to the collision avoidance, if there is one.
+    /// Passes the report of another robot to the aircraft, which does not adopt a pose there, and to
+    /// the collision avoidance, if there is one.
     ///
     /// # Errors
     /// Returns what [`Avoidance::update_peer`] refuses.
-    pub fn update_peer(&mut self, report: PeerReport) -> Result<(), RefusedReport> {
+    pub fn update_peer<A: Aircraft + ?Sized>(
+        &mut self,
+        report: PeerReport,
+        aircraft: &mut A,
+    ) -> Result<(), RefusedReport> {
+        aircraft.hear_peer(report.position_m);
         self.avoidance.as_mut().map_or(Ok(()), |avoidance| avoidance.update_peer(report))
     }
 

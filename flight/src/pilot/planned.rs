@@ -207,6 +207,9 @@ impl Aircraft for PlannedAircraft {
         }
     }
 
+    /// Does nothing: its places come from the simulator and belong to no other robot.
+    fn hear_peer(&mut self, _: Vec3) {}
+
     fn renew(&mut self) {}
 
     fn stop(&mut self) {

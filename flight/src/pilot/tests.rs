@@ -247,7 +247,8 @@ fn a_landing_gives_way_to_a_robot_below() {
             velocity_m_s: None,
             measured_at_ms: robot.now_ms as u32,
         };
-        robot.pilot.update_peer(report).expect("the report is of another robot");
+        let updated = robot.pilot.update_peer(report, &mut robot.aircraft);
+        updated.expect("the report is of another robot");
         robot.tick();
         let apart = (robot.position_m - below_m) / Vec3::new(0.6, 0.6, 1.8);
         assert!(apart.length() > 0.95, "{}", robot.position_m);

@@ -14,7 +14,7 @@ use bittybuzz_crazyflie_physics::sensors::{
 use bittybuzz_crazyflie_physics::{
     Airframe, DVec3, Drone, DroneState, DroneSurroundings, PowerSource, STEP_S,
 };
-use bittybuzz_flight::ekf::{FlowMeasurement, PoseMeasurement};
+use bittybuzz_flight::ekf::{FlowMeasurement, FlowSurface, PoseMeasurement};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::{FlightState, ImuSample, MotorDuties, Vec3};
 
@@ -67,8 +67,6 @@ pub struct FlyingStep {
 const OUTSIDE_PERIOD_STEPS: u32 = 40;
 /// Delay of these poses in steps of half a millisecond (choice: 10 ms).
 const OUTSIDE_LATENCY_STEPS: u32 = 20;
-/// Standard deviation of the flow sensor, in counts, that the filter assumes.
-const FLOW_SIGMA_COUNTS: f32 = 2.0;
 /// Time in seconds over which the flow sensor counts.
 const FLOW_PERIOD_S: f32 = 0.01;
 
@@ -113,11 +111,14 @@ impl PositionSource {
             PositionSource::Deck { flow, height } => {
                 if let Some(counts) = flow.sample(state, 0.0)
                     && counts.is_valid
+                    && let Some(sigma_counts) =
+                        (FlowSurface { quality: counts.quality, shutter: counts.shutter })
+                            .sigma_counts()
                 {
                     stack.receive_flow(&FlowMeasurement {
                         counts_x: counts.x.into(),
                         counts_y: counts.y.into(),
-                        sigma_counts: FLOW_SIGMA_COUNTS,
+                        sigma_counts,
                         seconds: FLOW_PERIOD_S,
                     });
                 }

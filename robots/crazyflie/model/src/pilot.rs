@@ -178,23 +178,23 @@ impl CrazyflieAutopilot {
         self.measured_mv = io.controls::<FlightControls>().map(|controls| controls.battery_mv);
     }
 
-    /// Passes the positions of neighbors to the collision avoidance, as the frames of their messages
-    /// tell them.
+    /// Passes the positions of neighbors on, as the frames of their messages show them.
     fn report_peers(
         pilot: &mut Pilot,
         peers: &[(u16, Vec3)],
-        aircraft: &dyn Aircraft,
+        aircraft: &mut dyn Aircraft,
         now_ms: u64,
     ) {
         let here_m = aircraft.status().state.position_m;
         for (id, way_m) in peers {
             // The filter refuses frames of the robot's own id and positions that are not finite.
-            let _ = pilot.update_peer(PeerReport {
+            let report = PeerReport {
                 id: *id,
                 position_m: here_m + *way_m,
                 velocity_m_s: None,
                 measured_at_ms: (now_ms as u32).wrapping_sub(FRAME_AGE_MS),
-            });
+            };
+            let _ = pilot.update_peer(report, aircraft);
         }
     }
 
@@ -256,7 +256,9 @@ impl Autopilot for CrazyflieAutopilot {
             controls.battery_setting_mv = battery_mv;
         }
         self.measure_battery(io);
-        let peers = if self.pilot.has_avoidance() { heard_peers(io) } else { Vec::new() };
+        // A planned aircraft without avoidance has no use for them.
+        let uses_peers = self.planned.is_none() || self.pilot.has_avoidance();
+        let peers = if uses_peers { heard_peers(io) } else { Vec::new() };
         self.act(io, battery_mv, |pilot, aircraft, moment| {
             Self::report_peers(pilot, &peers, aircraft, moment.now_ms);
             pilot.tick(aircraft, moment);

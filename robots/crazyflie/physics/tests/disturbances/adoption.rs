@@ -3,6 +3,8 @@
 
 use bittybuzz_crazyflie_physics::DVec3;
 use bittybuzz_flight::Vec3;
+use bittybuzz_flight::avoidance::PeerReport;
+use bittybuzz_flight::pilot::{Pilot, PilotSettings};
 use bittybuzz_flight::planner::Destination;
 use bittybuzz_flight::supervisor::SupervisorStage;
 
@@ -52,7 +54,7 @@ fn a_larger_jump_ends_the_flight() {
     }
 }
 
-/// The poses of a neighbor are not adopted, however near it is.
+/// The poses of a neighbor that the pilot reports are not adopted, however near it is.
 #[test]
 fn the_place_of_another_robot_is_not_adopted() {
     let fly = |hears: bool| {
@@ -60,9 +62,12 @@ fn the_place_of_another_robot_is_not_adopted() {
         rig.take_off(0.8);
         let neighbor_m = rig.stack.state().position_m + Vec3::X * 0.25;
         rig.capture().expect("a capture").set_jump_m(DVec3::X * 0.25);
+        let mut pilot = Pilot::new(PilotSettings::CRAZYFLIE);
+        let report =
+            PeerReport { id: 1, position_m: neighbor_m, velocity_m_s: None, measured_at_ms: 0 };
         rig.run(1.0, |rig| {
             if hears {
-                rig.stack.hear_peer(neighbor_m);
+                pilot.update_peer(report, &mut rig.stack).expect("a pilot without avoidance");
             }
         });
         rig.stack.stage()
