@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The file, from the root.
-const FILE: &str = "tests/soak/flights.toml";
+pub const FILE: &str = "tests/soak/flights.toml";
 
 const HEAD: &str = "\
 # Flights with a fault or a disturbance whose numbers no limit was chosen with: counts, and the worst value of each figure.

@@ -60,7 +60,15 @@ const COMPILER: &[&str] = &[
 
 const MESSAGES: &[&str] = &["vm-core/src/", "comms/src/queue.rs"];
 const RECORDINGS: &[&str] = &["arena/src/output/"];
-const SCENARIOS: &[&str] = &["arena/src/scenario/", "robots/", "spec/", "tests/scenarios/"];
+/// The reader of scenarios, and of the robots what it reads: no physics and no images.
+const SCENARIOS: &[&str] = &[
+    "arena/src/scenario/",
+    "robots/*/model/src/",
+    "robots/*/robot.toml",
+    "robots/models/src/",
+    "spec/",
+    "tests/scenarios/",
+];
 const ROBOT_FILES: &[&str] = &["robots/*/robot.toml", "spec/robot/", "spec/toml/"];
 const SYSLINK: &[&str] = &["comms/src/syslink/"];
 const PAYLOADS: &[&str] = &["comms/src/nrf24.rs"];

@@ -8,7 +8,12 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// Files that hold dates of runs, from the root. The runs themselves change them.
-const RUNS: [&str; 3] = [crate::evidence::FILE, crate::executions::FILE, "tests/guides/runs.toml"];
+const RUNS: [&str; 4] = [
+    crate::evidence::FILE,
+    crate::executions::FILE,
+    crate::flights::FILE,
+    "tests/guides/runs.toml",
+];
 
 /// Files of the repository, from the root.
 pub struct Sources {
