@@ -152,8 +152,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         let (mut place, mut pairs) = (0, 0);
         // A table that repeats, or that contains itself, is visited again. Its free places need no
         // room in the content, but time, so all visits together may see as many places as the
-        // memory has.
-        let mut places = SLOTS;
+        // memory has. Places are counted when the visit leaves a table: `entered` are those before.
+        let (mut places, mut entered) = (SLOTS, 0);
         let mut value = value;
         loop {
             self.write_item(writer, value)?;
@@ -161,6 +161,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 return Err(self.fail(FaultCode::TooLong));
             }
             if is_table(value) {
+                places = places.saturating_sub(visit.places().wrapping_sub(entered).into());
+                entered = 0;
                 // The visit to the table around it continues afterwards.
                 self.reserve(VISITED)?;
                 let at = usize::from(self.sp) - VISITED;
@@ -176,10 +178,7 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 if usize::from(self.sp) == base {
                     return Ok(());
                 }
-                let seen = visit.places();
-                let stored = self.arena.next_stored(&mut visit);
-                places = places.saturating_sub(visit.places().wrapping_sub(seen).into());
-                if let Some([key, next]) = stored {
+                if let Some([key, next]) = self.arena.next_stored(&mut visit) {
                     pairs += 1;
                     self.write_item(writer, key)?;
                     value = next;
@@ -190,7 +189,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                 let at = usize::from(self.sp) - VISITED;
                 let [slot, end, rest, index, place_around, pairs_around] =
                     [0, 1, 2, 3, 4, 5].map(|part| self.arena.index_at(at + part) as u16);
+                places = places.saturating_sub(visit.places().wrapping_sub(entered).into());
                 visit = Visit::of([slot, end, rest, index]);
+                entered = index;
                 (place, pairs) = (place_around, pairs_around);
                 self.sp = at as u16;
             }
