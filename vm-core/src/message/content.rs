@@ -68,13 +68,14 @@ pub struct ContentWriter<'a> {
     room: &'a mut [u8],
     /// The number of bytes written, including those for which there was no room.
     length: usize,
-    script: ScriptIdentity,
+    /// The low bits of the script's hash.
+    hash: u16,
 }
 
 impl<'a> ContentWriter<'a> {
     /// Begins a content in the buffer `room`.
     pub fn new(room: &'a mut [u8], script: ScriptIdentity, head: Head) -> Self {
-        let mut writer = ContentWriter { room, length: CHECK, script };
+        let mut writer = ContentWriter { room, length: CHECK, hash: script.hash as u16 };
         match head {
             Head::Broadcast => writer.byte(BROADCAST),
             Head::Entry { stigmergy, owner, clock, digest } => {
@@ -94,7 +95,7 @@ impl<'a> ContentWriter<'a> {
     pub fn item<P: Profile>(&mut self, item: ContentItem<P>) {
         match item {
             ContentItem::Plain(value) => {
-                let offset = if value.is(Tag::STRING) { self.script.hash as u16 } else { 0 };
+                let offset = if value.is(Tag::STRING) { self.hash } else { 0 };
                 let [b0, b1] = P::raw_to_u16(value.raw()).wrapping_add(offset).to_le_bytes();
                 let [_, _, b2, b3] = value.raw().to_u32().to_le_bytes();
                 let tag = value.tag().byte();
@@ -142,10 +143,10 @@ impl<'a> ContentWriter<'a> {
         self.length
     }
 
-    /// Replaces a byte that was already written.
-    pub(crate) fn set(&mut self, at: usize, byte: u8) {
-        if let Some(place) = self.room.get_mut(at) {
-            *place = byte;
+    /// Adds one to a byte that was already written.
+    pub(crate) fn increment(&mut self, at: usize) {
+        if let Some(byte) = self.room.get_mut(at) {
+            *byte = byte.wrapping_add(1);
         }
     }
 
@@ -158,7 +159,7 @@ impl<'a> ContentWriter<'a> {
     /// for it.
     pub fn finish(self) -> Option<usize> {
         let (place, checked) = self.room.get_mut(..self.length)?.split_first_chunk_mut()?;
-        let hash = self.script.hash as u16;
+        let hash = self.hash;
         let check =
             if IS_WIDE { wide_crc16(hash, checked) } else { check_of(checked.iter(), hash) };
         *place = check.to_le_bytes();

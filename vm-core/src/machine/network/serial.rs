@@ -28,9 +28,9 @@ const KEY: usize = 2;
 const ELEMENT: usize = 3;
 const READING: usize = 4;
 
-/// The number of slots of the state of a table that is being written: the visit, the place in the
-/// content of the number of pairs, and the number of pairs already written.
-const VISITED: usize = VISIT + 2;
+/// The number of slots of the state of a table that is being written: the visit, and the place in
+/// the content of the number of pairs.
+const VISITED: usize = VISIT + 1;
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the value as an entry of a stigmergy keeps it, and the digest of key and value. A
@@ -147,31 +147,30 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     ) -> Result<(), Stopped> {
         let base = usize::from(self.sp);
         let mut visit = Visit::NONE;
-        // The place in the content of the table's number of pairs, and the number of pairs already
-        // written.
-        let (mut place, mut pairs) = (0, 0);
+        // The place in the content of the table's number of pairs.
+        let mut place = 0;
         // A table that repeats, or that contains itself, is visited again. Its free places need no
         // room in the content, but time, so all visits together may see as many places as the
-        // memory has. Places are counted when the visit leaves a table: `entered` are those before.
-        let (mut places, mut entered) = (SLOTS, 0);
+        // memory has. The places of a visit are taken off when it leaves its table, and given back
+        // when it returns.
+        let mut places = SLOTS;
         let mut value = value;
         loop {
             self.write_item(writer, value)?;
-            if !writer.fits() || places == 0 {
+            if !writer.fits() {
                 return Err(self.fail(FaultCode::TooLong));
             }
             if is_table(value) {
-                places = places.saturating_sub(visit.places().wrapping_sub(entered).into());
-                entered = 0;
+                places = self.leave(places, &visit)?;
                 // The visit to the table around it continues afterwards.
                 self.reserve(VISITED)?;
                 let at = usize::from(self.sp) - VISITED;
                 let [slot, end, rest, index] = visit.parts();
-                for (at, part) in (at..).zip([slot, end, rest, index, place, pairs]) {
+                for (at, part) in (at..).zip([slot, end, rest, index, place]) {
                     self.arena.set(at, Value::indexed(Tag::INT, part));
                 }
                 visit = self.arena.visit(value.index());
-                (place, pairs) = (writer.length() as u16 - 1, 0);
+                place = writer.length() as u16 - 1;
             }
             // Find the next value of the innermost table that has one.
             loop {
@@ -179,23 +178,28 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
                     return Ok(());
                 }
                 if let Some([key, next]) = self.arena.next_stored(&mut visit) {
-                    pairs += 1;
+                    // A content that fits has far fewer than 256 pairs.
+                    writer.increment(place.into());
                     self.write_item(writer, key)?;
                     value = next;
                     break;
                 }
-                // A content that fits has far fewer than 256 pairs.
-                writer.set(place.into(), pairs as u8);
+                places = self.leave(places, &visit)?;
                 let at = usize::from(self.sp) - VISITED;
-                let [slot, end, rest, index, place_around, pairs_around] =
-                    [0, 1, 2, 3, 4, 5].map(|part| self.arena.index_at(at + part) as u16);
-                places = places.saturating_sub(visit.places().wrapping_sub(entered).into());
+                let [slot, end, rest, index, place_around] =
+                    [0, 1, 2, 3, 4].map(|part| self.arena.index_at(at + part) as u16);
                 visit = Visit::of([slot, end, rest, index]);
-                entered = index;
-                (place, pairs) = (place_around, pairs_around);
+                places += usize::from(index);
+                place = place_around;
                 self.sp = at as u16;
             }
         }
+    }
+
+    /// Returns the number of places that may still be seen after a visit has left its table.
+    fn leave(&mut self, places: usize, visit: &Visit) -> Result<usize, Stopped> {
+        let seen = usize::from(visit.places());
+        places.checked_sub(seen).ok_or_else(|| self.fail(FaultCode::TooLong))
     }
 
     /// Writes a value. For a table it writes only the tag and a number of pairs that is filled in
