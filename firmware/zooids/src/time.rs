@@ -48,6 +48,9 @@ struct Alarm {
 impl Alarm {
     /// Sets the alarm. The hardware compares only the low 16 bits of the time, so the alarm may
     /// come too early; such an alarm does nothing.
+    ///
+    /// Inlined because the interrupt calls it where the stack is deepest.
+    #[inline(always)]
     fn set(&mut self, at: u64) {
         self.at = at;
         pac::TIM3.ccr(ALARM).write(|w| w.set_ccr(at as u16));

@@ -1,7 +1,7 @@
 //! The longest slice of scripts that do what takes longest, on the images of Crazyflie and Zooid, as the robots' own
 //! clocks count it.
 
-use crate::figures;
+use crate::figures::{self, SLICE_TOLERANCE};
 use bittybuzz_hil::{Swarm, Table, TraceLog};
 use bittybuzz_runtime::script::SLICE_MAX;
 
@@ -244,7 +244,7 @@ fn slices_of_a_crazyflie_are_short() {
         (name, longest_slice(name, &swarm.members()[0].trace_log))
     });
     let slices: Vec<_> = slices.collect();
-    figures::check("crazyflie", "slices_us", &slices, 10);
+    figures::check("crazyflie", "slices_us", &slices, SLICE_TOLERANCE);
 }
 
 #[test]
@@ -254,5 +254,5 @@ fn slices_of_a_zooid_are_short() {
         table.run_ms(10_200);
         (name, longest_slice(name, &table.zooids()[0].trace_log))
     });
-    figures::check("zooids", "slices_us", &slices, 0);
+    figures::check("zooids", "slices_us", &slices, SLICE_TOLERANCE);
 }

@@ -596,7 +596,8 @@ function step() {
     let spare = content.iter().take_while(|byte| **byte == PAINT).count();
     let used = content.len() - spare;
     println!("{used} of {} bytes of stack are used", content.len());
-    figures::check("zooids", "stack_bytes", &[("used", used as u64)], TOLERANCE);
+    // The interrupt's frame lies where it came by chance: 1,504 and 1,512 bytes were seen of one program.
+    figures::check("zooids", "stack_bytes", &[("used", used as u64)], 2 * TOLERANCE);
     assert!(spare >= 512, "{spare} bytes to spare");
 }
 
