@@ -15,6 +15,10 @@ const MEAN_S: f32 = 0.04;
 /// mean follows.
 const NOISE_SHARE: f32 = 0.25;
 
+/// Time in seconds for which the part of an outer acceleration that does not count is taken to last. A
+/// constant acceleration for that time has the effect of noise with the density of its square times it.
+const LASTING_S: f32 = 1.0;
+
 /// The acceleration by an outer force.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct OuterForce {
@@ -35,8 +39,17 @@ impl OuterForce {
     }
 
     /// Returns the squared density of the noise that this force adds, in (m/s²)²/Hz.
+    ///
+    /// The part that does not count adds noise only as far as the rest shows a force: the offset of the
+    /// sensor and vibration are none, and noise costs accuracy with late poses.
     pub fn noise(&self) -> f32 {
-        NOISE_SHARE * NOISE_SHARE * self.excess
+        let square = self.mean_m_s2.length_squared();
+        if self.excess <= 0.0 {
+            return 0.0;
+        }
+        let counted = self.excess / square;
+        let uncounted_m2_s4 = square * (1.0 - counted) * (1.0 - counted);
+        NOISE_SHARE * NOISE_SHARE * self.excess + LASTING_S * counted * counted * uncounted_m2_s4
     }
 }
 
