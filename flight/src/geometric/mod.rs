@@ -34,6 +34,8 @@ use crate::{FlightState, GRAVITY_M_S2, Reference, Vehicle, Wrench};
 use flatness::{AttitudeMotion, attitude_motion};
 pub use settings::GeometricSettings;
 
+/// Error of the rate about x and y in rad/s from which the rate gain grows.
+const SWING_RAD_S: f32 = 2.0;
 /// Longest step in seconds that the integrals follow.
 const STEP_S_MAX: f32 = 0.05;
 
@@ -227,8 +229,10 @@ impl GeometricController {
             settings.integral_limit_rad_s2,
             is_cut,
         );
+        let swing_rad_s = (rate_error.truncate().length() - SWING_RAD_S).max(0.0);
+        let growth = 1.0 + settings.swing_growth_s * swing_rad_s;
         let feedback = settings.attitude_1_s2 * attitude_error
-            + settings.rate_1_s * rate_error
+            + settings.rate_1_s * rate_error * growth
             + self.torque_integral_rad_s2;
         let forward = to_body * desired.acceleration_rad_s2 - rate.cross(desired_rate);
         let j = self.inertia_kg_m2;

@@ -22,6 +22,9 @@ pub struct GeometricSettings {
     pub attitude_1_s2: Vec3,
     /// Angular acceleration per rate error, in 1/s.
     pub rate_1_s: Vec3,
+    /// Growth of `rate_1_s` per error of the rate about x and y above 2 rad/s, in s/rad. The lead of the
+    /// motors is cut in large swings, and a loop with slower motors would swing on.
+    pub swing_growth_s: f32,
     /// Angular acceleration per integral of the attitude error, in 1/s³.
     pub attitude_integral_1_s3: Vec3,
     /// Angular acceleration per integral of the rate error, in 1/s².
@@ -73,10 +76,12 @@ impl GeometricSettings {
             velocity_1_s: xy_z(4.5, 7.0),
             position_integral_1_s3: xy_z(0.7 * 7.0, 14.0),
             velocity_integral_1_s2: xy_z(0.7 * 4.5, 7.0),
-            integral_limit_m_s2: xy_z(1.5, 3.0),
+            // 10 g more than the vehicle's mass need 3.1 m/s².
+            integral_limit_m_s2: xy_z(1.5, 4.0),
             position_error_limit_m: 0.6,
             attitude_1_s2: attitude,
             rate_1_s: rate,
+            swing_growth_s: 0.1,
             attitude_integral_1_s3: xy_z(3.0 * attitude.x, 0.6 * attitude.z),
             rate_integral_1_s2: xy_z(3.0 * rate.x, 0.6 * rate.z),
             // In hover, a center of mass 6 mm off takes 111 rad/s², and a motor at 70 % of its thrust 45.
@@ -86,7 +91,7 @@ impl GeometricSettings {
             most_tilt_rad: 0.6,
             most_yaw_error_rad: 0.5,
             least_lift_m_s2: 4.0,
-            most_lift_m_s2: 14.0,
+            most_lift_m_s2: 14.5,
         }
     };
 
@@ -117,6 +122,7 @@ impl GeometricSettings {
             position_error_limit_m: f32::INFINITY,
             attitude_1_s2: Vec3::new(0.007 / j.x, 0.007 / j.y, 0.008 / j.z),
             rate_1_s: Vec3::new(0.00115 / j.x, 0.00115 / j.y, 0.002 / j.z),
+            swing_growth_s: 0.0,
             attitude_integral_1_s3: Vec3::new(0.03 / j.x, 0.03 / j.y, 0.03 / j.z),
             rate_integral_1_s2: Vec3::ZERO,
             integral_limit_rad_s2: Vec3::INFINITY,

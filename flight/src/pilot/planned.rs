@@ -10,6 +10,7 @@ use crate::planner::{
     Destination, FlightLimits, PlanError, PlanReport, Planner, PositionFence, VelocityCommand,
     wrapped,
 };
+use crate::stack::CLEARANCE_M;
 use crate::stack::FlightRefusal;
 use crate::supervisor::SupervisorStage;
 use crate::{FlightState, Reference};
@@ -58,8 +59,10 @@ impl PlannedAircraft {
     /// # Errors
     /// Returns [`PlanError::Limits`] if a limit is not finite or not positive.
     pub fn new(limits: FlightLimits) -> Result<Self, PlanError> {
+        let mut planner = Planner::new(limits, PositionFence::WIDE)?;
+        planner.raise_floor(CLEARANCE_M);
         Ok(PlannedAircraft {
-            planner: Planner::new(limits, PositionFence::WIDE)?,
+            planner,
             stage: SupervisorStage::Ready,
             now_s: 0.0,
             state: FlightState::default(),

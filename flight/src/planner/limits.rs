@@ -47,6 +47,17 @@ impl FlightLimits {
         .all(|limit| limit.is_finite() && *limit > 0.0)
     }
 
+    /// Returns these limits with at most this acceleration in m/s². The jerk falls by the same share, so
+    /// that a lag of the velocity stays the same.
+    pub(super) fn with_acceleration(&self, most_m_s2: f32) -> Self {
+        let share = (most_m_s2 / self.acceleration_m_s2).min(1.0);
+        FlightLimits {
+            acceleration_m_s2: self.acceleration_m_s2 * share,
+            jerk_m_s3: self.jerk_m_s3 * share,
+            ..*self
+        }
+    }
+
     /// Returns true if the horizontal and the vertical speed are allowed.
     pub(super) fn allow_velocity(&self, velocity_m_s: Vec3) -> bool {
         velocity_m_s.truncate().length() <= self.speed_m_s * ROUNDING
@@ -75,12 +86,12 @@ impl FlightLimits {
 
     /// Returns the largest acceleration of the yaw in rad/s², which a lag needs to reverse the
     /// largest rate.
-    pub(super) fn yaw_acceleration_rad_s2(&self) -> f32 {
+    pub(crate) fn yaw_acceleration_rad_s2(&self) -> f32 {
         2.0 * self.yaw_rate_rad_s * self.lag_rate_s()
     }
 
     /// Returns the velocity with its horizontal part shortened, and its vertical part limited.
-    pub(super) fn limit_velocity(&self, velocity_m_s: Vec3) -> Vec3 {
+    pub(crate) fn limit_velocity(&self, velocity_m_s: Vec3) -> Vec3 {
         velocity_m_s
             .truncate()
             .clamp_length_max(self.speed_m_s)
@@ -91,7 +102,7 @@ impl FlightLimits {
     ///
     /// The lead changes by at most the acceleration A per second, so the velocity does too. Its
     /// jerk is the rate times the difference of both accelerations, which is at most 2 A.
-    pub(super) fn lag_rate_s(&self) -> f32 {
+    pub(crate) fn lag_rate_s(&self) -> f32 {
         self.jerk_m_s3 / (2.0 * self.acceleration_m_s2)
     }
 }

@@ -60,6 +60,9 @@ use velocity::VelocityFilter;
 /// Longest duration of a command in seconds. A search may stretch it up to the longest polynomial.
 const DURATION_S_MAX: f32 = 1800.0;
 
+/// Least acceleration in m/s² of a robot without thrust to spare, which has to stop nevertheless.
+const ACCELERATION_M_S2_MIN: f32 = 0.5;
+
 /// A velocity to follow, and the goal afterwards.
 #[derive(Clone, Copy, Debug)]
 struct Pursuit {
@@ -82,7 +85,11 @@ enum Motion {
 /// 4 ms after ten hours. A time before the last one counts as the last one.
 #[derive(Clone, Debug)]
 pub struct Planner<const PIECES: usize> {
+    /// The limits of a robot with all its thrust, and those at present.
+    full_limits: FlightLimits,
     limits: FlightLimits,
+    /// The fence, and the part of it that is far enough above the ground.
+    whole_fence: PositionFence,
     fence: PositionFence,
     motion: Motion,
     /// The command that waits until braking is safe.
@@ -102,7 +109,9 @@ impl<const PIECES: usize> Planner<PIECES> {
             return Err(PlanError::Limits);
         }
         Ok(Planner {
+            full_limits: limits,
             limits,
+            whole_fence: fence,
             fence,
             motion: Motion::Idle,
             waiting: None,
@@ -110,6 +119,31 @@ impl<const PIECES: usize> Planner<PIECES> {
             pieces: PieceStore::new(),
             time_s: f64::NEG_INFINITY,
         })
+    }
+
+    /// Limits the acceleration of plans from now on to that for which the robot has thrust, in m/s², at
+    /// least 0.5. A curve in force stays as it is.
+    pub fn limit_acceleration(&mut self, most_m_s2: f32) {
+        self.limits = self.full_limits.with_acceleration(most_m_s2.max(ACCELERATION_M_S2_MIN));
+    }
+
+    /// Raises the floor of the fence to a height in m, for plans from now on. A curve in force stays as it
+    /// is.
+    pub fn raise_floor(&mut self, height_m: f32) {
+        let (least_m, most_m) = (self.whole_fence.least_m(), self.whole_fence.most_m());
+        let floor_m = least_m.z.max(height_m).min(most_m.z);
+        self.fence =
+            PositionFence::new(least_m.with_z(floor_m), most_m).unwrap_or(self.whole_fence);
+    }
+
+    /// Returns the fence of plans at present.
+    pub fn fence(&self) -> &PositionFence {
+        &self.fence
+    }
+
+    /// Returns the limits of plans at present.
+    pub fn limits(&self) -> &FlightLimits {
+        &self.limits
     }
 
     /// Returns the reference at this time, or `None` while idle: the motors are then off.
@@ -183,6 +217,25 @@ impl<const PIECES: usize> Planner<PIECES> {
             is_clamped: position_m != wanted_m,
             brakes_first: false,
         })
+    }
+
+    /// Starts in the air with a robot that does not follow a plan, and brakes from its motion.
+    ///
+    /// # Errors
+    /// Refuses a planner with a plan and a number that is not finite.
+    pub fn catch(&mut self, now_s: f64, present: &Reference) -> Result<(), PlanError> {
+        if !self.is_idle() {
+            return Err(PlanError::Flying);
+        }
+        let Reference { position_m, velocity_m_s, .. } = *present;
+        require_finite(now_s.is_finite() && (position_m + velocity_m_s).is_finite())?;
+        self.time_s = now_s.max(self.time_s);
+        let filter = VelocityFilter::from_reference(present, &self.limits);
+        let pursuit = Pursuit { command: VelocityCommand::STOP, goal: None };
+        self.motion = Motion::Pursuit { filter, pursuit, retry_s: self.time_s };
+        self.waiting = None;
+        self.is_landing = false;
+        Ok(())
     }
 
     /// Lands at a height of the ground in the world frame, above the point where the reference

@@ -4,17 +4,24 @@
 //! for half a second the [supervisor](crate::supervisor) lands the robot, in spite of a plan that
 //! takes longer.
 
-use super::{FlightStack, yaw_rad};
-use crate::Reference;
+use super::governor::HeldAttitude;
+use super::{FlightStack, StackSettings, yaw_rad};
 use crate::planner::{
     Destination, PlanError, PlanReport, Planner, TrajectoryPiece, VelocityCommand,
 };
 use crate::supervisor::SupervisorStage;
+use crate::{GRAVITY_M_S2, Reference};
 
 /// Pieces of a trajectory that the flight controller can store.
 pub const TRAJECTORY_PIECES: usize = 16;
-/// Largest roll and pitch of a command in radians.
-const TILT_RAD_MAX: f32 = 0.5;
+
+/// Share of the thrust that plans use: a robot that climbs has 3 % less than its motors promise.
+const PLANNED_SHARE: f32 = 0.97;
+/// Acceleration in m/s² that plans leave to drag and to corrections of the path.
+const RESERVE_M_S2: f32 = 0.2;
+
+/// Height in m above that on the ground that a robot keeps until it lands.
+pub(crate) const CLEARANCE_M: f32 = 0.05;
 
 /// A reason why the flight controller refused a command. The command before stays in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,13 +49,15 @@ impl From<PlanError> for FlightRefusal {
 /// An attitude to hold and a vertical speed, as a pilot commands them. No position is needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AttitudeCommand {
-    /// Roll in radians, limited to ±0.5.
+    /// Roll in radians. The tilt is limited to 0.5 and by the speed from which the robot stops before
+    /// the fence, and changes by at most the planner's jerk.
     pub roll_rad: f32,
-    /// Pitch in radians, limited to ±0.5.
+    /// Pitch in radians, limited as the roll.
     pub pitch_rad: f32,
-    /// Rate of yaw in rad/s.
+    /// Rate of yaw in rad/s, limited as the planner's.
     pub yaw_rate_rad_s: f32,
-    /// Vertical speed in m/s.
+    /// Vertical speed in m/s, limited as the planner's, and so that the robot stops before the fence
+    /// and 5 cm above the ground.
     pub climb_m_s: f32,
 }
 
@@ -63,8 +72,8 @@ pub(super) enum Guidance {
     Plan,
     /// A reference of the caller.
     Reference(Reference),
-    /// An attitude, with the yaw that it has reached.
-    Attitude { command: AttitudeCommand, yaw_rad: f32 },
+    /// An attitude, with the part of it that the robot follows at present.
+    Attitude { command: AttitudeCommand, held: HeldAttitude },
 }
 
 impl FlightStack {
@@ -128,7 +137,7 @@ impl FlightStack {
         }
         let now_s = self.now_s();
         let height_m = self.ground_m + height_m;
-        let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
+        let planner = self.able_planner()?;
         let report =
             planner.take_off(now_s, state.position_m, yaw_rad(&state), height_m, duration_s)?;
         self.guide(Guidance::Plan);
@@ -192,7 +201,9 @@ impl FlightStack {
         self.guide(Guidance::Velocity { velocity: *velocity, is_new: !is_known });
     }
 
-    /// Follows a reference of the caller until the next command, without limits and without a plan.
+    /// Follows a reference of the caller until the next command, without a plan. A stream of references
+    /// within the limits of the planner is followed exactly; toward others the robot flies within these
+    /// limits and its fence.
     ///
     /// # Errors
     /// Refuses a robot that does not fly and a number that is not finite.
@@ -215,7 +226,7 @@ impl FlightStack {
     }
 
     /// Holds an attitude until the next command. An armed robot on the ground takes off if it
-    /// shall climb; after a landing, the pilot disarms.
+    /// shall climb; [`FlightStack::land`] lands it.
     ///
     /// # Errors
     /// Refuses a robot that is neither armed nor flies, and a number that is not finite.
@@ -224,21 +235,16 @@ impl FlightStack {
             self.require_flight()?;
         }
         let AttitudeCommand { roll_rad, pitch_rad, yaw_rate_rad_s, climb_m_s } = *command;
-        let sum = roll_rad + pitch_rad + yaw_rate_rad_s + climb_m_s;
-        if !sum.is_finite() {
+        let numbers = [roll_rad, pitch_rad, yaw_rate_rad_s, climb_m_s];
+        if !numbers.iter().all(|number| number.is_finite()) {
             return Err(FlightRefusal::NotFinite);
         }
-        let command = AttitudeCommand {
-            roll_rad: roll_rad.clamp(-TILT_RAD_MAX, TILT_RAD_MAX),
-            pitch_rad: pitch_rad.clamp(-TILT_RAD_MAX, TILT_RAD_MAX),
-            ..*command
-        };
-        let yaw_rad = match self.guidance {
-            Guidance::Attitude { yaw_rad: reached, .. } => reached,
-            _ => yaw_rad(&self.filter.state()),
+        let held = match self.guidance {
+            Guidance::Attitude { held, .. } => held,
+            _ => self.held(&self.filter.state()),
         };
         self.go_idle();
-        self.guide(Guidance::Attitude { command, yaw_rad });
+        self.guide(Guidance::Attitude { command: *command, held });
         Ok(())
     }
 
@@ -257,10 +263,28 @@ impl FlightStack {
         let state = self.filter.state();
         self.start_in_air(&state)?;
         let now_s = self.now_s();
-        let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
-        let report = command(planner, now_s)?;
+        let report = command(self.able_planner()?, now_s)?;
         self.guide(Guidance::Plan);
         Ok(report)
+    }
+
+    /// Returns the planner, which plans with the thrust that the battery and the load leave.
+    pub(super) fn able_planner(&mut self) -> Result<&mut Planner<TRAJECTORY_PIECES>, PlanError> {
+        let spare_m_s2 = self.spare_acceleration_m_s2();
+        let floor_m = self.ground_m + CLEARANCE_M;
+        let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
+        planner.limit_acceleration(spare_m_s2);
+        planner.raise_floor(floor_m);
+        Ok(planner)
+    }
+
+    /// Returns the upward acceleration in m/s² that a plan may ask for.
+    fn spare_acceleration_m_s2(&self) -> f32 {
+        let StackSettings { vehicle, gains, .. } = &self.settings;
+        let motor_n = self.drive.available_thrust_n().min(vehicle.most_thrust_n);
+        let lift_n = gains.most_lift_m_s2 * vehicle.mass_kg;
+        let thrust_n = PLANNED_SHARE * (4.0 * motor_n).min(lift_n);
+        GRAVITY_M_S2 * (thrust_n / self.controller.hover_thrust_n() - 1.0) - RESERVE_M_S2
     }
 
     fn require_flight(&self) -> Result<(), FlightRefusal> {

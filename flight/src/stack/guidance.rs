@@ -3,10 +3,11 @@
 use glam::{Quat, Vec3};
 
 use super::command::Guidance;
+use super::governor::{Governor, HeldAttitude};
 use super::{AttitudeCommand, CONTROL_TICKS, FlightStack, TICK_MS, TICK_S, yaw_rad};
 use crate::blind::BlindDescent;
 use crate::geometric::AttitudeTarget;
-use crate::planner::PlanError;
+use crate::planner::{PlanError, wrapped};
 use crate::supervisor::{MotorPermission, SupervisorStage};
 use crate::{FlightState, GRAVITY_M_S2, MotorForces, Reference, Wrench};
 
@@ -15,6 +16,8 @@ const LIFT_OFF_M: f32 = 0.05;
 /// Change of the thrust per error of the vertical speed in 1/s, as a share of the mass, of a robot
 /// that holds an attitude.
 const CLIMB_GAIN_1_S: f32 = 4.0;
+/// Change per second of the thrust that keeps the height, per error of the vertical speed.
+const CLIMB_INTEGRAL_1_S2: f32 = 3.0;
 /// Speed in m/s at which the reference sinks after a landing, until the robot stands. The
 /// supervisor's limit for a robot on the ground is 0.1 m/s.
 const SETTLE_M_S: f32 = 0.08;
@@ -28,11 +31,14 @@ const GROUND_SPEED_M_S: f32 = 0.04;
 const TOUCHDOWN_MS: u32 = 300;
 
 impl FlightStack {
-    /// Starts the planner of a robot in the air that has no plan, at rest where the robot is.
+    /// Starts the planner of a robot that has no plan: from its motion in the air, else with a take-off.
     pub(super) fn start_in_air(&mut self, state: &FlightState) -> Result<(), PlanError> {
         let now_s = self.now_s();
+        let (is_in_air, present) = (self.is_flying(), self.present(state));
         let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
-        if planner.is_idle() {
+        if planner.is_idle() && is_in_air {
+            planner.catch(now_s, &present)?;
+        } else if planner.is_idle() {
             let height_m = state.position_m.z + LIFT_OFF_M;
             planner.take_off(now_s, state.position_m, yaw_rad(state), height_m, None)?;
         }
@@ -110,28 +116,29 @@ impl FlightStack {
     /// Passes a new velocity to the planner, and starts it if it has no plan.
     fn plan(&mut self, state: &FlightState) {
         let now_s = self.now_s();
-        let (is_new, is_climbing) = match self.guidance {
-            Guidance::Velocity { velocity, is_new } => (is_new, velocity.velocity_m_s.z > 0.0),
-            Guidance::Plan => (false, false),
+        let is_climbing = match self.guidance {
+            Guidance::Velocity { velocity, .. } => velocity.velocity_m_s.z > 0.0,
+            Guidance::Plan => false,
             _ => return,
         };
         let is_in_air = self.stage() == SupervisorStage::Flying && !self.has_touched_down;
         if (is_in_air || is_climbing) && self.start_in_air(state).is_ok() {
             self.has_touched_down = false;
         }
-        let Some(planner) = &mut self.planner else { return };
-        if let Guidance::Velocity { velocity, is_new: unplanned } = &mut self.guidance
-            && is_new
+        if let Guidance::Velocity { velocity, is_new: true } = self.guidance
+            && let Ok(planner) = self.able_planner()
         {
-            *unplanned = planner.follow_velocity(now_s, *velocity).is_err();
+            let is_new = planner.follow_velocity(now_s, velocity).is_err();
+            self.guidance = Guidance::Velocity { velocity, is_new };
         }
     }
 
     /// Returns the reference that the command in force gives, if it gives one.
     fn next_reference(&mut self, state: &FlightState, dt_s: f32) -> Option<Reference> {
         match self.guidance {
-            Guidance::Reference(reference) if self.permission == MotorPermission::Follow => {
-                return Some(reference);
+            Guidance::Reference(wanted) if self.permission == MotorPermission::Follow => {
+                let before = self.reference.unwrap_or_else(|| self.present(state));
+                return Some(self.governor(dt_s)?.reference(&before, &wanted));
             }
             Guidance::Attitude { .. } if self.permission == MotorPermission::Follow => return None,
             _ => {}
@@ -156,27 +163,65 @@ impl FlightStack {
         self.controller.hold_attitude(state, &target, dt_s)
     }
 
+    /// Returns the reference of a robot that goes on as it does.
+    fn present(&self, state: &FlightState) -> Reference {
+        Reference {
+            position_m: state.position_m,
+            velocity_m_s: state.velocity_m_s,
+            acceleration_m_s2: self.asked_m_s2,
+            yaw_rad: yaw_rad(state),
+            ..Reference::default()
+        }
+    }
+
+    /// Returns the present motion of the robot as an attitude to hold.
+    pub(super) fn held(&self, state: &FlightState) -> HeldAttitude {
+        HeldAttitude {
+            acceleration_m_s2: self.asked_m_s2.truncate(),
+            climb_m_s: state.velocity_m_s.z + self.asked_m_s2.z / CLIMB_GAIN_1_S,
+            yaw_rad: yaw_rad(state),
+            yaw_rate_rad_s: 0.0,
+        }
+    }
+
+    /// Returns the limits of set-points that the planner has not made; `None` without valid limits.
+    fn governor(&mut self, dt_s: f32) -> Option<Governor> {
+        let planner = self.able_planner().ok()?;
+        Some(Governor { limits: *planner.limits(), fence: *planner.fence(), dt_s })
+    }
+
     /// Returns the wrench that a pilot commands.
     fn hold_command(
         &mut self,
         state: &FlightState,
         command: &AttitudeCommand,
-        yaw_rad: f32,
+        before: &HeldAttitude,
         dt_s: f32,
-    ) -> Wrench {
-        let yaw_rad = yaw_rad + command.yaw_rate_rad_s * dt_s;
-        self.guidance = Guidance::Attitude { command: *command, yaw_rad };
-        let attitude = Quat::from_rotation_z(yaw_rad)
-            * Quat::from_rotation_y(command.pitch_rad)
-            * Quat::from_rotation_x(command.roll_rad);
-        let climb_m_s2 = CLIMB_GAIN_1_S * (command.climb_m_s - state.velocity_m_s.z);
+    ) -> Option<Wrench> {
+        let has_position = self.has_position(state);
+        let governor = self.governor(dt_s)?;
+        let mut held = governor.attitude(before, state, command, has_position);
+        // With a large error of yaw the errors of roll and pitch would mix.
+        let most_rad = self.settings.gains.most_yaw_error_rad;
+        let here_rad = yaw_rad(state);
+        held.yaw_rad = here_rad + wrapped(held.yaw_rad - here_rad).max(-most_rad).min(most_rad);
+        self.guidance = Guidance::Attitude { command: *command, held };
+        let tilt_rad = held.tilt_rad();
+        let attitude = Quat::from_rotation_z(held.yaw_rad)
+            * Quat::from_rotation_y(tilt_rad.y)
+            * Quat::from_rotation_x(tilt_rad.x);
+        let slow_m_s = held.climb_m_s - state.velocity_m_s.z;
+        let climb_m_s2 = CLIMB_GAIN_1_S * slow_m_s;
+        self.asked_m_s2 = held.acceleration_m_s2.extend(climb_m_s2);
         let hover_n = self.controller.hover_thrust_n();
-        // The tilt of a command is at most 0.7 rad.
+        let learned_n = CLIMB_INTEGRAL_1_S2 * slow_m_s * dt_s * self.settings.vehicle.mass_kg;
+        self.controller.preset_hover_thrust_n(hover_n + learned_n);
+        // The tilt of a command is at most 0.5 rad.
         let up_z = (attitude * Vec3::Z).z;
         let thrust_n = (hover_n + self.settings.vehicle.mass_kg * climb_m_s2).max(0.0) / up_z;
-        let yaw_rate_rad_s = command.yaw_rate_rad_s;
+        let yaw_rate_rad_s = held.yaw_rate_rad_s;
         let target = AttitudeTarget { attitude, yaw_rate_rad_s, thrust_n };
-        self.controller.hold_attitude(state, &target, dt_s)
+        Some(self.controller.hold_attitude(state, &target, dt_s))
     }
 
     /// Computes the forces of the motors.
@@ -184,6 +229,7 @@ impl FlightStack {
         let dt_s = TICK_S * CONTROL_TICKS as f32;
         let reference = self.next_reference(state, dt_s);
         self.reference = reference;
+        self.asked_m_s2 = reference.map_or(Vec3::ZERO, |reference| reference.acceleration_m_s2);
         let wrench = match (self.permission, reference, self.guidance) {
             (MotorPermission::Off | MotorPermission::Idle, ..) => None,
             (MotorPermission::Level, ..) => Some(self.sink(state, dt_s)),
@@ -191,10 +237,10 @@ impl FlightStack {
                 self.blind = None;
                 Some(self.controller.update(state, &reference, dt_s))
             }
-            (MotorPermission::Follow, None, Guidance::Attitude { command, yaw_rad }) => {
+            (MotorPermission::Follow, None, Guidance::Attitude { command, held }) => {
                 let stands = self.stage() == SupervisorStage::Armed && command.climb_m_s <= 0.0;
                 self.blind = None;
-                (!stands).then(|| self.hold_command(state, &command, yaw_rad, dt_s))
+                if stands { None } else { self.hold_command(state, &command, &held, dt_s) }
             }
             (MotorPermission::Follow, None, _) => {
                 let stands = self.stage() == SupervisorStage::Armed || self.has_touched_down;

@@ -28,6 +28,7 @@
 //! with much less thrust than it weighs.
 
 mod command;
+mod governor;
 mod guidance;
 mod peers;
 mod settings;
@@ -36,6 +37,7 @@ mod tests;
 
 use glam::{Quat, Vec3};
 
+pub(crate) use command::CLEARANCE_M;
 pub use command::{AttitudeCommand, FlightRefusal, TRAJECTORY_PIECES};
 pub use settings::StackSettings;
 
@@ -130,6 +132,9 @@ pub struct FlightStack {
     has_touched_down: bool,
     /// The reference that the controller followed last.
     reference: Option<Reference>,
+    /// The acceleration in m/s² that the last set-point of any kind asked for, with which the first of
+    /// another kind goes on. Otherwise a robot that gets them in turn would never brake.
+    asked_m_s2: Vec3,
     /// The descent of a robot in the air that has no reference.
     blind: Option<BlindDescent>,
     pose_trust: MeasurementTrust<(Vec3, Quat)>,
@@ -174,6 +179,7 @@ impl FlightStack {
             standing_ms: 0,
             has_touched_down: false,
             reference: None,
+            asked_m_s2: Vec3::ZERO,
             blind: None,
             pose_trust: MeasurementTrust::new(TrustLimits::POSE),
             flow_trust: MeasurementTrust::new(TrustLimits::FLOW),

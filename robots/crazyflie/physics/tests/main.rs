@@ -10,3 +10,4 @@ mod fresh;
 mod ground;
 mod held;
 mod load;
+mod set_points;

@@ -8,6 +8,7 @@ use bittybuzz_crazyflie_physics::{
     Airframe, DVec3, Drone, DroneState, DroneSurroundings, STEP_S, Wind,
 };
 use bittybuzz_flight::ekf::{FlowMeasurement, FlowSurface, PoseMeasurement, PositionMeasurement};
+use bittybuzz_flight::planner::PositionFence;
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::supervisor::SupervisorStage;
 use bittybuzz_flight::{FlightState, ImuSample, MotorDuties};
@@ -66,6 +67,13 @@ impl Rig {
     pub fn with_airframe(airframe: Airframe, seed: u64) -> Self {
         let capture = Positioning::Capture(Box::new(MotionCapture::new(CAPTURE, seed)));
         Self::of_kind(airframe, StackSettings::CRAZYFLIE_2_1_PLUS, capture, seed)
+    }
+
+    /// A robot with a fence in a room with motion capture.
+    pub fn with_fence(fence: PositionFence, seed: u64) -> Self {
+        let capture = Positioning::Capture(Box::new(MotionCapture::new(CAPTURE, seed)));
+        let settings = StackSettings { fence, ..StackSettings::CRAZYFLIE_2_1_PLUS };
+        Self::of_kind(Airframe::CRAZYFLIE_2_1_PLUS, settings, capture, seed)
     }
 
     /// A Brushless in a room with motion capture.
