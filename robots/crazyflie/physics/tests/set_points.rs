@@ -18,7 +18,7 @@ const COMMANDS: u32 = 1000;
 /// Returns a number of either sign: mostly of the size of flights, otherwise of any size.
 fn number(random: &mut Random) -> f32 {
     let sign = if random.chance(0.5) { 1.0 } else { -1.0 };
-    let exponent = if random.chance(0.7) { random.uniform(1.3) } else { random.uniform(30.0) };
+    let exponent = if random.chance(0.7) { random.uniform(1.3) } else { random.uniform(38.5) };
     sign * 10f32.powf(exponent as f32)
 }
 
