@@ -75,10 +75,10 @@ pub enum Step {
     Wasm,
     /// The page of `bbz sim --view` and the playground in a browser
     Page,
-    /// Chips and layouts of the robot files against probe-rs' own database
-    ProbeRs,
     /// Samples of the long tests
     Soak,
+    /// Chips and layouts of the robot files against probe-rs' own database
+    ProbeRs,
 }
 
 /// Runs everything that must pass before a change is merged, or one step of it.
@@ -94,8 +94,8 @@ pub fn ci(step: Option<Step>) -> Result<()> {
 }
 
 /// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
-/// emulators count while the tests are compiled, and the sample of the long tests runs while browsers
-/// do. The lints of host programs need no package, and run while packages come from the
+/// emulators count while the tests are compiled, and the sample of the long tests and probe-rs' library,
+/// which is compiled for one test, have theirs beside the browsers. The lints of host programs need no package, and run while packages come from the
 /// network and beside the other lints.
 fn all_steps() -> Result<()> {
     let start = Instant::now();
@@ -112,7 +112,7 @@ fn all_steps() -> Result<()> {
     };
     at_once(|| run(Step::between(Step::Sizes, Step::Emulators)), compile)?;
     run(Step::between(Step::Emulators, Step::Wasm))?;
-    at_once(|| run(Step::between(Step::Wasm, Step::Soak)), || Step::Soak.run())?;
+    at_once(|| run(Step::between(Step::Wasm, Step::Soak)), || run(&[Step::Soak, Step::ProbeRs]))?;
     Ok(())
 }
 

@@ -63,7 +63,7 @@ pub fn run(example: &str) -> Result<Verdict> {
 
 /// Builds an example into that file.
 fn build(example: &str, file: &Path, is_squeezed: bool) -> Result<PathBuf> {
-    let line = Invocation::cargo(&["build", "--release"])
+    let line = Invocation::cargo(&[&["build", "--release"], &KILOBOT.alone()[..]].concat())
         .env("BBZ_SCRIPT", &root().join(example).display().to_string())
         .env("BBZ_PARTS", "used");
     let line = if is_squeezed { line } else { line.env("BBZ_SQUEEZE", "off") };

@@ -198,7 +198,10 @@ impl FirmwareBuild {
         script: Option<&Path>,
         quiet: bool,
     ) -> Result<PathBuf> {
-        let mut line = Invocation::cargo(&[&["build", "--release"], arguments].concat());
+        let alone = self.alone();
+        let is_own = script.is_none() && parts.is_none();
+        let selection = if is_own { &[] } else { &alone[..] };
+        let mut line = Invocation::cargo(&[&["build", "--release"], selection, arguments].concat());
         if let Some(script) = script {
             line = line.env("BBZ_SCRIPT", &script.display().to_string());
         }
@@ -208,6 +211,12 @@ impl FirmwareBuild {
         let line = line.in_workspace(self.folder);
         if quiet { line.unannounced() } else { line }.run()?;
         Ok(self.image_in(&target_of(self.folder)))
+    }
+
+    /// Returns cargo's arguments that build the robot's program alone. A Kilobot that tells a computer what
+    /// it hears has no script, and is built with the board's own image.
+    pub fn alone(&self) -> [&'static str; 2] {
+        ["--bin", self.program.trim_end_matches(".elf")]
     }
 
     /// Returns the number of bytes by which an image exceeds the robot's flash.
