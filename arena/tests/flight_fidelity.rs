@@ -26,7 +26,7 @@ function step() {
 ";
 
 /// Runs a script in `[robots]` with these keys, and returns the poses of robot 0 after each tick.
-fn fly(
+pub fn fly(
     name: &str,
     fidelity: &str,
     body: &str,
@@ -34,8 +34,9 @@ fn fly(
     more: &str,
 ) -> (Summary, Vec<[f32; 4]>) {
     let folder = folder(name, &[("script.bzz", script)]);
+    let size = if more.starts_with("size") { "" } else { "size = [6000, 6000]\n" };
     let text = format!(
-        "[world]\nsize = [6000, 6000]\n{more}\nrobot = \"crazyflie\"\nscript = \"script.bzz\"\n\
+        "[world]\n{size}{more}\nrobot = \"crazyflie\"\nscript = \"script.bzz\"\n\
          model = {{ armed = true, fidelity = \"{fidelity}\"{body} }}\n"
     );
     let mut poses = Vec::new();
@@ -47,7 +48,7 @@ fn fly(
 }
 
 /// Distance in mm between two places.
-fn distance(a: &[f32; 4], b: &[f32; 4]) -> f32 {
+pub fn distance(a: &[f32; 4], b: &[f32; 4]) -> f32 {
     (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum::<f32>().sqrt()
 }
 
@@ -160,5 +161,5 @@ fn flight_without_a_position_is_refused() {
     let setup = Arc::new(Setup::new(scenario, programs).unwrap());
     let error = Simulation::new(setup, 1, 1).err().unwrap().to_string();
     assert!(error.contains("crazyflie.positioning"), "{error}");
-    assert!(error.contains("flow, loco or lighthouse"), "{error}");
+    assert!(error.contains("flow, loco, lighthouse or capture"), "{error}");
 }

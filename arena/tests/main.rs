@@ -26,6 +26,7 @@ mod events;
 mod expectations;
 mod faults;
 mod flight_fidelity;
+mod flight_surroundings;
 mod globals;
 mod ground;
 mod groups;

@@ -288,7 +288,7 @@ const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
     (
         "[body.crazyflie]\npositioning = \"gps\"\n",
         "8:15",
-        &["\"gps\"", "one of none, flow, loco, lighthouse"],
+        &["\"gps\"", "one of none, flow, loco, lighthouse, capture"],
     ),
     ("[body]\nkilobot = { turn_error = 2 }\n", "8:26", &["`turn_error` cannot be 2"]),
     (

@@ -35,15 +35,23 @@
 //! their 0.6 m (`tests/avoidance`). The ellipsoid must therefore be larger than the robot. Robots
 //! that start before they received each other's reports have no guarantee at all.
 //!
-//! The filter knows nothing of obstacles other than the walls of the space, and nothing of robots
-//! that do not report. A silent robot is forgotten when its last report reaches the largest age.
+//! The filter knows nothing of robots that do not report. A silent robot is forgotten when its last report
+//! reaches the largest age.
+//!
+//! # Walls and obstacles
+//! Walls bound the space, and columns stand in it ([`Obstacle`]): a robot's position keeps the horizontal
+//! half-axis from each column, above it too. A column does not move away, so its plane stands at its
+//! surface and the robot keeps the whole distance; the guarantee then holds as between robots. A robot
+//! that hovers does not move away either: the halves of both still keep two half-axes between them.
 //!
 //! # Deadlock
 //! Robots with opposite ways block each other for ever in cells alone. A right-hand rule breaks the
 //! symmetry, as in the paper: while the nearest velocity of the cell has less than half of the
 //! wanted progress, the wanted velocity turns more and more to its own right; the turn fades when
-//! the way is free. All robots that meet so circle in the same sense. The rule is no guarantee:
-//! robots that hover at their goals do not give way, and may enclose the goal of another one.
+//! the way is free. All robots that meet so circle in the same sense, and pass columns and hovering robots
+//! on the right. Where walls or columns close this way, the robot tries the other side after some seconds.
+//! The rule is no guarantee: robots that hover at their goals do not give way, and may enclose the goal
+//! of another one; and a robot that enters a bay finds no way back.
 //!
 //! # Cost
 //! Instructions of one call of [`Avoidance::limit`] with ten peers, measured with QEMU 7.2 and
@@ -53,10 +61,12 @@
 
 mod cell;
 mod half_space;
+mod obstacle;
 mod peers;
 mod segment;
 mod settings;
 
+pub use obstacle::{OBSTACLES_MAX, Obstacle};
 pub use peers::{PeerReport, RefusedReport};
 pub use settings::AvoidanceSettings;
 
@@ -73,7 +83,7 @@ pub enum AvoidanceOutcome {
     Free,
     /// The velocity is the one of the cell nearest to the wanted one.
     Limited,
-    /// The way is blocked: the velocity is the one nearest to the wanted one turned to the right.
+    /// The way is blocked: the velocity is the one nearest to the wanted one turned to the side.
     SideStep,
     /// No velocity satisfies all neighbors: the robot retreats without approaching any of those
     /// that are too near, or stops.
@@ -94,7 +104,7 @@ pub struct SafeVelocity {
 const STAY_SPEED_M_S: f32 = 0.05;
 /// Share of the wanted progress below which the way counts as blocked.
 const BLOCKED_PROGRESS: f32 = 0.5;
-/// Rate in rad/s at which a blocked robot turns its wanted velocity to the right.
+/// Rate in rad/s at which a blocked robot turns its wanted velocity to the side.
 const TURN_RATE_RAD_S: f32 = 3.0;
 /// Rate in rad/s at which the turn fades on a free way.
 const RETURN_RATE_RAD_S: f32 = 0.4;
@@ -102,6 +112,11 @@ const RETURN_RATE_RAD_S: f32 = 0.4;
 const TURN_RAD_MAX: f32 = 2.4;
 /// Longest time in ms between two calls that counts for the turn.
 const TICK_MS_MAX: u32 = 200;
+/// Time in seconds in which a robot that turns aside leaves a place. In a corner it does not, and tries
+/// the other side.
+const HELD_S_MAX: f32 = 4.0;
+/// Distance in half-axes from a place that a robot has left.
+const LEFT_HALF_AXES: f32 = 2.0;
 
 /// The collision avoidance of one robot that knows at most `N` others.
 #[derive(Clone, Debug)]
@@ -112,7 +127,14 @@ pub struct Avoidance<const N: usize> {
     /// Position at the last call of [`Avoidance::limit`].
     position_m: Vec3,
     limited_at_ms: u32,
+    obstacles: [Option<Obstacle>; OBSTACLES_MAX],
     turn_rad: f32,
+    /// 1 turns to the right, -1 to the left.
+    side: f32,
+    /// The place near which the robot has turned aside for this time in seconds, and met a wall.
+    held_at_m: Vec3,
+    held_s: f32,
+    has_met_wall: bool,
 }
 
 impl<const N: usize> Avoidance<N> {
@@ -125,8 +147,32 @@ impl<const N: usize> Avoidance<N> {
             peers: PeerTable::new(),
             position_m: Vec3::ZERO,
             limited_at_ms: 0,
+            obstacles: [None; OBSTACLES_MAX],
             turn_rad: 0.0,
+            side: 1.0,
+            held_at_m: Vec3::ZERO,
+            held_s: 0.0,
+            has_met_wall: false,
         })
+    }
+
+    /// Replaces the obstacles by those of these that are nearest to the position of the last call of
+    /// [`Avoidance::limit`]. An obstacle with a wrong number does not count.
+    pub fn set_obstacles(&mut self, obstacles: impl IntoIterator<Item = Obstacle>) {
+        self.obstacles = [None; OBSTACLES_MAX];
+        let square = |known: &Option<Obstacle>| {
+            known.map_or(f32::INFINITY, |known| known.distance_squared(self.position_m))
+        };
+        for new in obstacles.into_iter().filter(Obstacle::is_valid) {
+            let new = Some(new);
+            let farthest = self
+                .obstacles
+                .iter_mut()
+                .max_by(|first, second| square(first).total_cmp(&square(second)));
+            if let Some(place) = farthest.filter(|place| square(&new) < square(place)) {
+                *place = new;
+            }
+        }
     }
 
     /// Stores the report of another robot. A full table keeps the robots nearest to the position of
@@ -164,6 +210,10 @@ impl<const N: usize> Avoidance<N> {
             LineSegment { from: position_m, to: position_m + self.settings.lag_s * velocity_m_s };
 
         let mut cell = VelocityCell::<N>::new(self.walls(own.to));
+        let AvoidanceSettings { radius_m, horizon_s, .. } = self.settings;
+        for (space, obstacle) in cell.obstacles.iter_mut().zip(self.obstacles.iter().flatten()) {
+            *space = obstacle.half_space(own, radius_m, horizon_s);
+        }
         for (space, peer) in cell.peers.iter_mut().zip(self.peers.iter()) {
             *space = self.peer_half_space(own, peer, now_ms);
         }
@@ -171,11 +221,14 @@ impl<const N: usize> Avoidance<N> {
             let velocity_m_s = cell.retreat(speed_m_s);
             return SafeVelocity { velocity_m_s, outcome: AvoidanceOutcome::Crowded };
         };
-        self.update_turn(straight, wanted, tick_ms as f32 * 1e-3);
-        if self.turn_rad > 0.0
-            && let Some(turned) = cell.nearest_slow(turn_right(wanted, self.turn_rad), speed_m_s)
-        {
-            return SafeVelocity { velocity_m_s: turned, outcome: AvoidanceOutcome::SideStep };
+        let tick_s = tick_ms as f32 * 1e-3;
+        self.update_turn(straight, wanted, tick_s);
+        if self.turn_rad > 0.0 {
+            let turned = turn_right(wanted, self.side * self.turn_rad);
+            self.change_side(cell.is_walled(turned) || cell.is_walled(wanted), tick_s);
+            if let Some(velocity_m_s) = cell.nearest_slow(turned, speed_m_s) {
+                return SafeVelocity { velocity_m_s, outcome: AvoidanceOutcome::SideStep };
+            }
         }
         let is_free = straight == wanted;
         let outcome = if is_free { AvoidanceOutcome::Free } else { AvoidanceOutcome::Limited };
@@ -187,6 +240,22 @@ impl<const N: usize> Avoidance<N> {
         let is_blocked = straight.dot(wanted) < BLOCKED_PROGRESS * wanted.length_squared();
         let rate = if is_moving && is_blocked { TURN_RATE_RAD_S } else { -RETURN_RATE_RAD_S };
         self.turn_rad = (self.turn_rad + rate * tick_s).clamp(0.0, TURN_RAD_MAX);
+    }
+
+    /// Tries the other side if the robot turns aside at a wall without leaving the place.
+    fn change_side(&mut self, is_walled: bool, tick_s: f32) {
+        let left_m = LEFT_HALF_AXES * self.settings.radius_m;
+        if self.position_m.distance(self.held_at_m) > left_m {
+            self.held_at_m = self.position_m;
+            self.held_s = 0.0;
+            self.has_met_wall = false;
+        }
+        self.held_s += tick_s;
+        self.has_met_wall |= is_walled;
+        if self.held_s > HELD_S_MAX && self.has_met_wall {
+            self.side = -self.side;
+            self.held_s = 0.0;
+        }
     }
 
     /// Returns the velocities that keep the own stopping point on the own side of the plane halfway

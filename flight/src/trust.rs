@@ -54,7 +54,7 @@ impl TrustLimits {
         newest_share: 1.0 / 31.0,
         persistent_share: 1.0 / 31.0,
     };
-    /// Limits of distances in m at 40 Hz. With noise of 2.5 mm, two readings are equal in 11 % of all
+    /// Limits of distances in m at 30 Hz. With noise of 2.5 mm, two readings are equal in 11 % of all
     /// cases; even with 1 mm, at most 38 % of the readings have one value, and 17 in a row are equal
     /// once in 10⁷ cases.
     pub const RANGE: Self = TrustLimits {

@@ -150,12 +150,15 @@ impl Truth {
     }
 }
 
-/// Returns eᵀ·P⁻¹·e by the factorization of Cholesky in f64.
-fn squared_length(p: &[[f32; STATES]; STATES], error: &[f64; STATES]) -> f64 {
-    let mut l = [[0.0f64; STATES]; STATES];
+/// Returns eᵀ·P⁻¹·e of the first states by the factorization of Cholesky in f64.
+pub fn squared_length<const FIRST: usize>(
+    p: &[[f32; STATES]; STATES],
+    error: &[f64; FIRST],
+) -> f64 {
+    let mut l = [[0.0f64; FIRST]; FIRST];
     let mut sum = 0.0;
-    let mut y = [0.0; STATES];
-    for i in 0..STATES {
+    let mut y = [0.0; FIRST];
+    for i in 0..FIRST {
         for j in 0..=i {
             let dot: f64 = (0..j).map(|k| l[i][k] * l[j][k]).sum();
             let rest = f64::from(p[i][j]) - dot;

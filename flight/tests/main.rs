@@ -13,4 +13,5 @@ mod oracle_control;
 mod oracle_ekf;
 mod oracle_filters;
 mod oracle_planner;
+mod recorded_flights;
 mod vectors;

@@ -28,6 +28,15 @@ pub struct BodySize {
     pub height_mm: f32,
 }
 
+/// The world around a body at the beginning of a tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BodySurroundings {
+    /// Height in mm of the highest obstacle below the body; 0 above the ground.
+    pub floor_mm: f32,
+    /// Vectors in mm to the robots that are higher, as far as the model asks for them.
+    pub above_mm: Vec<[f32; 3]>,
+}
+
 /// The properties of a robot model that the world needs.
 pub trait BodyModel: Debug + Send + Sync {
     /// Returns the size of a body.
@@ -56,6 +65,13 @@ pub trait BodyModel: Debug + Send + Sync {
         Vec::new()
     }
 
+    /// Returns the distance in mm within which bodies feel robots above them. `None` stands for bodies
+    /// that feel neither these nor a floor above the ground; [`BodyBlock::surround`] is never called
+    /// for them.
+    fn feels_within_mm(&self) -> Option<f32> {
+        None
+    }
+
     /// Fails if a parameter is not valid for a body.
     fn check(&self) -> Result<(), SettingsError>;
 
@@ -75,6 +91,9 @@ pub trait BodyBlock: Debug + Send + Sync {
 
     /// Changes the length of a substep, in seconds.
     fn set_substep(&mut self, seconds: f32);
+
+    /// Tells a robot what is around it, once in a tick.
+    fn surround(&mut self, index: usize, surroundings: BodySurroundings);
 
     /// Moves all robots for one substep.
     fn step(&mut self, poses: &mut [Pose]);
@@ -164,6 +183,11 @@ pub trait Body: Clone + Debug + Send + Sync + 'static {
         self.halt();
     }
 
+    /// Takes what is around the body, see [`BodyModel::feels_within_mm`].
+    fn surround(&mut self, surroundings: BodySurroundings) {
+        let _ = surroundings;
+    }
+
     /// Moves the body for one substep.
     fn step(&mut self, pose: &mut Pose, step: &Self::Step);
 
@@ -226,6 +250,10 @@ impl<B: Body> BodyBlock for Bodies<B> {
 
     fn set_substep(&mut self, seconds: f32) {
         self.step = B::prepare(&self.numbers, seconds);
+    }
+
+    fn surround(&mut self, index: usize, surroundings: BodySurroundings) {
+        self.bodies[index].surround(surroundings);
     }
 
     fn step(&mut self, poses: &mut [Pose]) {

@@ -4,11 +4,12 @@ use core::any::Any;
 
 use super::TICK_US;
 use super::body::BodyBlock;
-use super::geometry::Pose;
+use super::geometry::{Area, Pose};
 use super::herd::{Herd, HerdId};
 use super::id::RobotId;
 use super::light::{self, Lamp};
 use super::link::{DeliveredFrame, FrameSighting, Late, Medium, SentFrame, Transmission};
+use super::obstacle::Obstacle;
 use super::paint::WHITE;
 use super::ranger::Sight;
 use super::ray::{Ray, Side};
@@ -184,7 +185,18 @@ pub(crate) struct Scene<'a> {
     pub(crate) ground: &'a [f32],
 }
 
-impl Sensors<'_> {
+impl<'a> Sensors<'a> {
+    /// Returns the area within the walls of the world, whose middle is the origin.
+    #[must_use]
+    pub fn area(&self) -> Area {
+        self.scene.sight.area
+    }
+
+    /// Returns the obstacles that do not move, with their heights in mm, as on a map.
+    pub fn obstacles(&self) -> impl Iterator<Item = (&'a Obstacle, f32)> + use<'a> {
+        self.scene.sight.obstacles.with_heights()
+    }
+
     /// Returns the true pose, for the sensors of robots that a tracking system measures.
     #[must_use]
     pub fn pose(&self) -> Pose {

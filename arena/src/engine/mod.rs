@@ -83,7 +83,7 @@ mod stream;
 mod world;
 mod world_digest;
 
-pub use body::{Bodies, Body, BodyBlock, BodyModel, BodySize, Moment};
+pub use body::{Bodies, Body, BodyBlock, BodyModel, BodySize, BodySurroundings, Moment};
 pub use brain::{Brain, Io, ReceivedFrame, Sensors, TickFrames};
 pub(crate) use digest::Digest;
 pub use environment::Environment;

@@ -1,6 +1,6 @@
 //! Walls and obstacles, which push bodies out.
 
-use super::geometry::{Area, direction, turned, turned_back};
+use super::geometry::{Area, Pose, direction, turned, turned_back};
 use super::grid::Cells;
 
 /// A wall or an obstacle, which bodies cannot enter below its height. The height is unlimited
@@ -40,6 +40,9 @@ pub enum Obstacle {
 
 /// The overlap of two bodies in mm that is tolerated. It keeps bodies at rest from trembling.
 pub(crate) const OVERLAP_TOLERANCE_MM: f32 = 0.05;
+
+/// Height in mm by which feet sink into an obstacle on which a robot stands.
+const SINK_MM: f32 = 1.0;
 
 /// The limit for the numbers of obstacles in mm, far beyond every world.
 pub(crate) const COORDINATE_MM_MAX: f32 = 1e7;
@@ -86,6 +89,11 @@ impl Obstacle {
                 ((x - half_x, y - half_y), (x + half_x, y + half_y))
             }
         }
+    }
+
+    /// Returns true if the obstacle covers a place.
+    fn covers(&self, x: f32, y: f32) -> bool {
+        self.push_out(x, y, 0.0).is_some()
     }
 
     /// Returns the place at which the disc just touches the obstacle; `None` if the disc does not
@@ -223,10 +231,30 @@ impl Obstacles {
         &self.all
     }
 
+    /// Returns all obstacles with their heights in mm.
+    pub(crate) fn with_heights(&self) -> impl Iterator<Item = (&Obstacle, f32)> {
+        self.all.iter().zip(self.heights_mm.iter().copied())
+    }
+
     /// Returns the obstacles that are higher than a height in mm.
     pub(crate) fn at(&self, height_mm: f32) -> impl Iterator<Item = &Obstacle> {
         let all = self.all.iter().zip(&self.heights_mm);
         all.filter(move |(_, top)| height_mm < **top).map(|(obstacle, _)| obstacle)
+    }
+
+    /// Returns the height in mm of the highest obstacle on which a body at this pose stands, or would
+    /// fall; 0 if there is none.
+    pub(crate) fn floor_mm(&self, pose: &Pose) -> f32 {
+        if self.all.is_empty() {
+            return 0.0;
+        }
+        let members = &self.members[self.cells.cell_at(pose.x, pose.y)];
+        let tops = members.iter().filter_map(|&member| {
+            let top_mm = self.heights_mm[member as usize];
+            let is_below = pose.z >= top_mm - SINK_MM;
+            (is_below && self.all[member as usize].covers(pose.x, pose.y)).then_some(top_mm)
+        });
+        tops.fold(0.0, f32::max)
     }
 
     /// Returns the place to which the walls and obstacles push a disc at the height `z`; `None` if
@@ -235,7 +263,7 @@ impl Obstacles {
         let (mut now_x, mut now_y) = (x, y);
         if !self.all.is_empty() {
             for &member in &self.members[self.cells.cell_at(x, y)] {
-                if z >= self.heights_mm[member as usize] {
+                if z >= self.heights_mm[member as usize] - SINK_MM {
                     continue;
                 }
                 if let Some(free) = self.all[member as usize].push_out(now_x, now_y, radius_mm) {

@@ -2,7 +2,7 @@
 
 use core::convert::Infallible;
 
-use super::body::Moment;
+use super::body::{BodySurroundings, Moment};
 use super::brain::{Brain, Controls, Io, Scene, Sensors, TickFrames};
 use super::environment::Ground;
 use super::geometry::Pose;
@@ -249,6 +249,20 @@ impl<B: Brain> CohortPart<'_, B> {
                 let estimate = estimate.as_ref();
                 let of = Thinker { id, robot, herd, body, pose, estimate, first_ground };
                 of.think(brain, scratch, around);
+            }
+        }
+        if let Some(reach_mm) = herd.model.feels_within_mm() {
+            let Sight { obstacles, crowd, .. } = around.scene.sight;
+            for (index, pose) in poses.iter().enumerate() {
+                let id = RobotId((cohort.first + index) as u16);
+                let mut above_mm = Vec::new();
+                crowd.within(id, pose, reach_mm, |_, way_mm| {
+                    if way_mm[2] > 0.0 {
+                        above_mm.push(way_mm);
+                    }
+                });
+                let floor_mm = obstacles.floor_mm(pose);
+                cohort.block.surround(index, BodySurroundings { floor_mm, above_mm });
             }
         }
         cohort.block.step(poses);

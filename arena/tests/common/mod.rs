@@ -130,7 +130,8 @@ pub fn exact() -> Settings {
     settings.kilobot.bias_sigma = 0.0;
     settings.kilobot.noise_sigma = 0.0;
     settings.zooid.gain_sigma = 0.0;
-    settings.crazyflie.positioning = Positioning::Absolute { sigma: 0.0, yaw_sigma: 0.0 };
+    settings.crazyflie.positioning =
+        Positioning::Absolute { sigma: 0.0, yaw_sigma: 0.0, period_ms: 20 };
     for link in links(&mut settings) {
         link.loss = Loss::even(0.0);
     }

@@ -52,7 +52,7 @@ const COMMAND_TICKS: u32 = 100;
 /// Ticks between two poses, and between two readings of the flow sensor.
 const POSE_TICKS: u32 = 10;
 /// Ticks between two distances to the ground.
-const RANGE_TICKS: u32 = 25;
+const RANGE_TICKS: u32 = 33;
 /// Voltage of the battery in V.
 const BATTERY_V: f32 = 3.8;
 /// Height of the take-off in mm. The planner's shortest time for it is 1.75 s.
@@ -65,7 +65,7 @@ const RING_M: f32 = 1.1;
 pub enum FlightSensors {
     /// Poses from outside, 100 per second.
     Pose = 0,
-    /// A Flow deck: flow 100 times per second and the distance to the ground 40 times per second.
+    /// A Flow deck: flow 100 times per second and the distance to the ground 30 times per second.
     Deck = 1,
 }
 

@@ -1,23 +1,33 @@
 //! The velocities that keep a robot in its cell.
 
 use super::half_space::{HalfSpace, nearest_point};
+use super::obstacle::OBSTACLES_MAX;
 use glam::Vec3;
 
-/// The intersection of the half-spaces of the walls and of at most `N` peers, in m/s.
+/// A half-space that contains all velocities.
+const EVERYTHING: HalfSpace = HalfSpace { normal: Vec3::X, bound: f32::INFINITY };
+
+/// The intersection of the half-spaces of the walls, of obstacles and of at most `N` peers, in m/s.
 pub(super) struct VelocityCell<const N: usize> {
     walls: [HalfSpace; 6],
+    pub obstacles: [HalfSpace; OBSTACLES_MAX],
     pub peers: [HalfSpace; N],
 }
 
 impl<const N: usize> VelocityCell<N> {
-    /// Returns a cell without peers.
+    /// Returns a cell without obstacles and peers.
     pub fn new(walls: [HalfSpace; 6]) -> Self {
-        let everything = HalfSpace { normal: Vec3::X, bound: f32::INFINITY };
-        VelocityCell { walls, peers: [everything; N] }
+        VelocityCell { walls, obstacles: [EVERYTHING; OBSTACLES_MAX], peers: [EVERYTHING; N] }
     }
 
     fn iter(&self) -> impl Iterator<Item = HalfSpace> + Clone + '_ {
-        self.walls.iter().chain(&self.peers).copied().filter(|space| space.bound.is_finite())
+        let all = self.walls.iter().chain(&self.obstacles).chain(&self.peers);
+        all.copied().filter(|space| space.bound.is_finite())
+    }
+
+    /// Returns true if a wall or an obstacle forbids a velocity.
+    pub fn is_walled(&self, velocity_m_s: Vec3) -> bool {
+        self.walls.iter().chain(&self.obstacles).any(|space| space.excess(velocity_m_s) > 0.0)
     }
 
     /// Returns the velocity of the cell nearest to `wanted`, or `None` if no velocity of the cell
@@ -49,7 +59,7 @@ impl<const N: usize> VelocityCell<N> {
     /// coming nearer to one of them.
     pub fn retreat(mut self, speed_m_s: f32) -> Vec3 {
         let away: Vec3 = self.iter().map(|space| space.bound.min(0.0) * space.normal).sum();
-        for space in self.walls.iter_mut().chain(&mut self.peers) {
+        for space in self.walls.iter_mut().chain(&mut self.obstacles).chain(&mut self.peers) {
             // The half-space now contains the origin, so the intersection is not empty.
             space.bound = space.bound.max(0.0);
         }

@@ -7,7 +7,7 @@
 /// Largest difference in m between two ranges that agree on a step: four deviations of the
 /// difference of two ranges.
 const AGREEMENT_M: f32 = 0.015;
-/// Number of ranges that have to agree: 75 ms at 40 Hz.
+/// Number of ranges that have to agree: 100 ms at 30 Hz.
 const AGREEING: u8 = 3;
 
 /// The height of the floor, and the step that ranges show.

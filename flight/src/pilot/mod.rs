@@ -45,7 +45,7 @@ pub use settings::{
 
 use glam::Vec3;
 
-use crate::avoidance::{Avoidance, PeerReport, RefusedReport};
+use crate::avoidance::{Avoidance, Obstacle, PeerReport, RefusedReport};
 use crate::planner::PlanError;
 use crate::supervisor::SupervisorStage;
 
@@ -147,6 +147,14 @@ impl Pilot {
     /// Switches the collision avoidance on, or off with `None`.
     pub fn set_avoidance(&mut self, avoidance: Option<Avoidance<PEERS>>) {
         self.avoidance = avoidance;
+    }
+
+    /// Tells the collision avoidance, if there is one, the obstacles around the robot; see
+    /// [`Avoidance::set_obstacles`].
+    pub fn set_obstacles(&mut self, obstacles: impl IntoIterator<Item = Obstacle>) {
+        if let Some(avoidance) = &mut self.avoidance {
+            avoidance.set_obstacles(obstacles);
+        }
     }
 
     /// Returns true if the collision avoidance is on.

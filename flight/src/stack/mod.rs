@@ -97,8 +97,8 @@ const ADOPTED_TURN_RAD: f32 = 0.2;
 /// Time constant in seconds of the average over the specific force that a robot lacks: shocks and
 /// vibration are shorter.
 const EFFORT_S: f32 = 0.15;
-/// Age in seconds of a distance to the ground: the sensor measures for 25 ms before it reports.
-const RANGE_AGE_S: f32 = 0.025;
+/// Age in seconds of a distance to the ground: the sensor measures for 33 ms before it reports.
+const RANGE_AGE_S: f32 = 0.033;
 
 /// The flight controller of one robot.
 #[derive(Clone, Debug)]

@@ -4,8 +4,10 @@ mod cells;
 mod swarm;
 
 use bittybuzz_flight::Vec3;
+use bittybuzz_flight::avoidance::{AvoidanceSettings, Obstacle};
 use bittybuzz_random::Random;
-use swarm::{FlightConditions, SwarmFlight, between, fly};
+use glam::Vec2;
+use swarm::{FlightConditions, SwarmFlight, between, fly, gap_m};
 
 /// Distance in m at which the bodies of two Crazyflies touch (radius 6 cm).
 const COLLISION_M: f32 = 0.12;
@@ -37,6 +39,17 @@ impl FlightSummary {
 
     fn nearest_m(&self) -> f32 {
         self.flights.iter().map(|flight| flight.nearest_m).fold(f32::INFINITY, f32::min)
+    }
+
+    /// Asserts that all robots kept the half-axis from obstacles and stayed in the space, but for the
+    /// noise of positions.
+    fn assert_apart_from_obstacles(&self) {
+        let nearest_m = self.flights.iter().map(|flight| flight.nearest_column_m);
+        let nearest_m = nearest_m.fold(f32::INFINITY, f32::min);
+        let outside_m = self.flights.iter().map(|flight| flight.outside_m).fold(0.0, f32::max);
+        println!("{nearest_m:.3} m from obstacles, {outside_m:.3} m outside");
+        assert!(nearest_m > AvoidanceSettings::CRAZYFLIE.radius_m - 0.04, "{nearest_m}");
+        assert!(outside_m < 0.04, "{outside_m}");
     }
 
     fn arrived_share(&self) -> f32 {
@@ -104,6 +117,74 @@ fn robots_reach_random_goals() {
     let many = wander(FlightConditions::USUAL, 10, 10);
     assert!(many.nearest_m() > 0.5);
     assert!(many.arrived_share() > 0.95);
+}
+
+/// A room of 4 m × 4 m × 2 m, whose walls are 0.3 m behind the least and largest coordinates.
+const ROOM: AvoidanceSettings = AvoidanceSettings {
+    lowest_m: Vec3::new(-2.0, -2.0, 0.2),
+    highest_m: Vec3::new(2.0, 2.0, 2.0),
+    ..AvoidanceSettings::CRAZYFLIE
+};
+
+const fn column(x: f32, y: f32, half: Vec2, rim_m: f32, top_m: f32) -> Obstacle {
+    Obstacle { center_m: Vec2::new(x, y), along: Vec2::X, half_m: half, rim_m, top_m }
+}
+
+/// Two pillars, a low box, and a wall from the side of the room.
+const FURNITURE: &[Obstacle] = &[
+    column(-0.6, 0.5, Vec2::ZERO, 0.15, 3.0),
+    column(0.7, -0.6, Vec2::ZERO, 0.2, 3.0),
+    column(0.9, 0.9, Vec2::new(0.3, 0.2), 0.0, 0.5),
+    column(-1.5, -0.7, Vec2::new(0.5, 0.0), 0.0, 3.0),
+];
+
+/// Positions have noise of 1 cm, and each robot chooses at its own moment: 4 cm of 30 are lost.
+#[test]
+fn robots_keep_away_from_walls_and_obstacles() {
+    let conditions =
+        FlightConditions { settings: ROOM, obstacles: FURNITURE, ..FlightConditions::USUAL };
+    let (low, high) = (Vec3::new(-1.8, -1.8, 0.5), Vec3::new(1.8, 1.8, 1.7));
+    let flights = (0..30).map(|seed| {
+        let mut random = Random::new(5000 + seed);
+        let mut free = |from: &[Vec3]| loop {
+            let place = between(&mut random, low, high);
+            let is_apart = from.iter().all(|other| other.distance(place) > 0.8);
+            if is_apart && FURNITURE.iter().all(|column| gap_m(column, place) > 0.35) {
+                return place;
+            }
+        };
+        let mut choose = |count: usize| {
+            (0..count).fold(Vec::new(), |mut places, _| {
+                places.push(free(&places));
+                places
+            })
+        };
+        let (starts, goals) = (choose(3), choose(3));
+        fly(conditions, seed, &starts, &goals)
+    });
+    let summary = FlightSummary::new("furnished room", 3, flights);
+    assert!(summary.nearest_m() > 0.5);
+    summary.assert_apart_from_obstacles();
+    assert!(summary.arrived_share() > 0.95, "{}", summary.arrived_share());
+}
+
+/// A robot between two columns and a wall hovers and has no way; another one wants its place.
+#[test]
+fn a_robot_that_cannot_move_away_is_not_touched() {
+    const NICHE: &[Obstacle] = &[
+        column(-0.7, 1.2, Vec2::new(0.0, 0.6), 0.0, 3.0),
+        column(0.7, 1.2, Vec2::new(0.0, 0.6), 0.0, 3.0),
+    ];
+    let conditions =
+        FlightConditions { settings: ROOM, obstacles: NICHE, ..FlightConditions::USUAL };
+    let flights = (0..30).map(|seed| {
+        let inside = Vec3::new(0.0, 1.7, 1.0);
+        let starts = [inside, Vec3::new(0.0, -1.0, 1.0), Vec3::new(1.5, -1.5, 1.2)];
+        fly(conditions, seed, &starts, &[inside, inside, inside])
+    });
+    let summary = FlightSummary::new("niche", 3, flights);
+    assert!(summary.nearest_m() > 0.5, "{}", summary.nearest_m());
+    summary.assert_apart_from_obstacles();
 }
 
 #[test]

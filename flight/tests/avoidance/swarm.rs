@@ -2,7 +2,9 @@
 //! reports.
 
 use bittybuzz_flight::Vec3;
-use bittybuzz_flight::avoidance::{Avoidance, AvoidanceOutcome, AvoidanceSettings, PeerReport};
+use bittybuzz_flight::avoidance::{
+    Avoidance, AvoidanceOutcome, AvoidanceSettings, Obstacle, PeerReport,
+};
 use bittybuzz_random::Random;
 
 const STEP_MS: u32 = 10;
@@ -35,6 +37,7 @@ pub fn between(random: &mut Random, low: Vec3, high: Vec3) -> Vec3 {
 #[derive(Clone, Copy)]
 pub struct FlightConditions {
     pub settings: AvoidanceSettings,
+    pub obstacles: &'static [Obstacle],
     pub is_avoiding: bool,
     pub reports_velocity: bool,
     pub loss: f32,
@@ -46,6 +49,7 @@ pub struct FlightConditions {
 impl FlightConditions {
     pub const USUAL: Self = FlightConditions {
         settings: AvoidanceSettings::CRAZYFLIE,
+        obstacles: &[],
         is_avoiding: true,
         reports_velocity: true,
         loss: 0.2,
@@ -62,6 +66,10 @@ pub struct SwarmFlight {
     pub nearest_m: f32,
     /// Least distance of two robots divided by the half-axes of the ellipsoid; 2 without overlap.
     pub nearest_scaled: f32,
+    /// Least distance of a robot's middle from an obstacle in m.
+    pub nearest_column_m: f32,
+    /// Largest distance in m of a robot's middle beyond the bounds of the space.
+    pub outside_m: f32,
     /// Number of robots at their goals at the end.
     pub arrived: usize,
     /// Time in seconds after which all robots stayed at their goals.
@@ -96,6 +104,15 @@ impl SwarmMotion {
     }
 }
 
+/// Returns the distance of a place from a column in m.
+pub fn gap_m(column: &Obstacle, place: Vec3) -> f32 {
+    let local = column.along.rotate(glam::Vec2::Y).dot(place.truncate() - column.center_m);
+    let along = column.along.dot(place.truncate() - column.center_m);
+    let beyond = glam::Vec2::new(along, local).abs() - column.half_m;
+    let flat = (beyond.max(glam::Vec2::ZERO).length() - column.rim_m).max(0.0);
+    flat.hypot((place.z - column.top_m).max(0.0))
+}
+
 /// Simulates robots that fly straight to their goals. Each chooses its command at its own phase.
 pub fn fly(
     conditions: FlightConditions,
@@ -118,6 +135,7 @@ pub fn fly(
     };
     let mut on_air: Vec<(u32, usize, PeerReport)> = Vec::new();
     let (mut nearest_m, mut nearest_scaled) = (f32::INFINITY, f32::INFINITY);
+    let (mut nearest_column_m, mut outside_m) = (f32::INFINITY, 0.0f32);
     let (mut arrived, mut finished_s) = (0, 0.0);
     let (mut crowded, mut commands) = (0, 0);
     for now_ms in (0..conditions.duration_s * 1000).step_by(STEP_MS as usize) {
@@ -147,6 +165,7 @@ pub fn fly(
             }
             let wanted = (goals[own] - position).clamp_length_max(settings.speed_m_s);
             swarm.commands[own] = if conditions.is_avoiding {
+                avoidances[own].set_obstacles(conditions.obstacles.iter().copied());
                 let safe = avoidances[own].limit(position, velocity, wanted, now_ms);
                 crowded += usize::from(safe.outcome == AvoidanceOutcome::Crowded);
                 safe.velocity_m_s
@@ -160,6 +179,12 @@ pub fn fly(
             nearest_m = nearest_m.min(way.length());
             nearest_scaled = nearest_scaled.min((way * scale).length());
         }
+        for position in &swarm.positions {
+            let columns = conditions.obstacles.iter().map(|column| gap_m(column, *position));
+            nearest_column_m = columns.fold(nearest_column_m, f32::min);
+            let beyond = (settings.lowest_m - *position).max(*position - settings.highest_m);
+            outside_m = outside_m.max(beyond.max_element());
+        }
         let is_there = |(position, goal): &(&Vec3, &Vec3)| position.distance(**goal) < ARRIVED_M;
         arrived = swarm.positions.iter().zip(goals).filter(is_there).count();
         if arrived < count {
@@ -167,5 +192,13 @@ pub fn fly(
         }
     }
     let crowded = crowded as f32 / commands as f32;
-    SwarmFlight { nearest_m, nearest_scaled, arrived, finished_s, crowded }
+    SwarmFlight {
+        nearest_m,
+        nearest_scaled,
+        nearest_column_m,
+        outside_m,
+        arrived,
+        finished_s,
+        crowded,
+    }
 }

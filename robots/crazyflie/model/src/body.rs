@@ -57,12 +57,14 @@ pub enum Positioning {
         /// Standard deviation of the yaw error after a second of flight, in radians.
         yaw_walk: f32,
     },
-    /// Absolute measurement (Lighthouse, Loco): each measurement has an independent error.
+    /// Absolute measurement (Lighthouse, Loco, cameras): each measurement has an independent error.
     Absolute {
         /// Standard deviation of each coordinate, in mm.
         sigma: f32,
         /// Standard deviation of the yaw, in radians.
         yaw_sigma: f32,
+        /// Time between two measurements of a flight controller, in ms.
+        period_ms: u16,
     },
 }
 
@@ -70,9 +72,48 @@ impl Positioning {
     /// The Flow deck. The growth of the error is a choice: some centimeters in a minute.
     pub const FLOW: Self = Positioning::Flow { walk: 5.0, yaw_walk: 0.002 };
     /// The Lighthouse deck: errors of 1 to 2 cm.
-    pub const LIGHTHOUSE: Self = Positioning::Absolute { sigma: 10.0, yaw_sigma: 0.01 };
+    /// A flight controller gets 50 poses per second (crazyflie-firmware 2a18fc29 limits a Lighthouse deck
+    /// to 50 events per second).
+    pub const LIGHTHOUSE: Self =
+        Positioning::Absolute { sigma: 10.0, yaw_sigma: 0.01, period_ms: 20 };
     /// The Loco positioning deck: errors of 10 cm.
-    pub const LOCO: Self = Positioning::Absolute { sigma: 100.0, yaw_sigma: 0.05 };
+    pub const LOCO: Self = Positioning::Absolute { sigma: 100.0, yaw_sigma: 0.05, period_ms: 20 };
+    /// Cameras in the room, whose poses come by radio: 100 per second with errors within the 0.1 to 1 mm
+    /// of Preiss et al. 2017, "Crazyswarm".
+    pub const CAPTURE: Self = Positioning::Absolute { sigma: 0.5, yaw_sigma: 0.005, period_ms: 10 };
+}
+
+/// The air, the floor and the radio of poses around a robot with a flight controller.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlightSurroundings {
+    /// Mean speed of the wind in mm/s.
+    pub wind: f32,
+    /// Direction to which the wind blows, in radians anticlockwise from x.
+    pub wind_direction: f32,
+    /// Standard deviation of each coordinate of the gusts, in mm/s.
+    pub gusts: f32,
+    /// Time of correlation of the gusts in seconds.
+    pub gust_time: f32,
+    /// Share of a usual floor's features that a Flow deck sees.
+    pub texture: f32,
+    /// Time in ms until a pose from outside arrives.
+    pub latency: f32,
+    /// Share of the latency by which it sways around its mean.
+    pub latency_sway: f32,
+}
+
+impl FlightSurroundings {
+    /// Calm air above a usual floor, and poses that are 10 ms late, within the 8 to 26 ms of Preiss et
+    /// al. 2017.
+    pub const CALM: Self = FlightSurroundings {
+        wind: 0.0,
+        wind_direction: 0.0,
+        gusts: 0.0,
+        gust_time: 1.0,
+        texture: 1.0,
+        latency: 10.0,
+        latency_sway: 0.0,
+    };
 }
 
 /// The parameters of a Crazyflie's body.
@@ -98,7 +139,13 @@ pub struct CrazyflieModel {
     /// Distance in mm from neighbors that the robot keeps on its side; 0 switches the collision
     /// avoidance off.
     pub avoidance: f32,
+    /// The surroundings of a robot with a flight controller.
+    pub surroundings: FlightSurroundings,
 }
+
+/// Distance in mm within which a robot feels the downwash of those above it: at 3 m it is 3 % of the
+/// weight.
+const DOWNWASH_MM_MAX: f32 = 3000.0;
 
 impl CrazyflieModel {
     /// Radius and height are those of the collision cylinder of gym-pybullet-drones. Bitcraze's
@@ -114,6 +161,7 @@ impl CrazyflieModel {
         fidelity: Fidelity::Kinematic,
         armed: false,
         avoidance: 0.0,
+        surroundings: FlightSurroundings::CALM,
     };
 
     /// Returns the settings of the pilot: those of a Crazyflie, with the speed and the acceleration
@@ -172,14 +220,22 @@ impl BodyModel for CrazyflieModel {
         self.positioning != Positioning::None
     }
 
+    fn feels_within_mm(&self) -> Option<f32> {
+        (self.fidelity == Fidelity::Flight).then_some(DOWNWASH_MM_MAX)
+    }
+
     fn check(&self) -> Result<(), SettingsError> {
         let is_possible = match self.positioning {
             Positioning::None => true,
             Positioning::Flow { walk, yaw_walk } => not_below_0(walk) && not_below_0(yaw_walk),
-            Positioning::Absolute { sigma, yaw_sigma } => {
-                not_below_0(sigma) && not_below_0(yaw_sigma)
+            Positioning::Absolute { sigma, yaw_sigma, period_ms } => {
+                not_below_0(sigma) && not_below_0(yaw_sigma) && period_ms > 0
             }
         };
+        let (around, calm) = (&self.surroundings, &FlightSurroundings::CALM);
+        // Without a flight controller nothing reads the surroundings.
+        let has_effect = |is_calm: bool| self.fidelity == Fidelity::Flight || is_calm;
+        let needs_flight = "left out, or with fidelity = \"flight\"";
         first_wrong(&[
             ("crazyflie.radius", within(self.radius, 1.0, 1e4), "1 to 10000"),
             ("crazyflie.lag", not_below_0(self.lag), "0 or more"),
@@ -188,10 +244,21 @@ impl BodyModel for CrazyflieModel {
             ("crazyflie.crash_speed", within(self.crash_speed, 0.0, 1e5), "0 to 100000"),
             ("crazyflie.positioning", is_possible, "without negative numbers"),
             ("crazyflie.avoidance", within(self.avoidance, 0.0, 5000.0), "0 to 5000"),
+            ("crazyflie.wind", within(around.wind, 0.0, 20_000.0), "0 to 20000"),
+            ("crazyflie.wind_direction", around.wind_direction.is_finite(), "a finite number"),
+            ("crazyflie.gusts", within(around.gusts, 0.0, 10_000.0), "0 to 10000"),
+            ("crazyflie.gust_time", within(around.gust_time, 0.05, 60.0), "0.05 to 60"),
+            ("crazyflie.texture", within(around.texture, 0.0, 1.0), "0 to 1"),
+            ("crazyflie.latency", within(around.latency, 0.0, 150.0), "0 to 150"),
+            ("crazyflie.latency_sway", within(around.latency_sway, 0.0, 1.0), "0 to 1"),
+            ("crazyflie.wind", has_effect(around.wind == calm.wind), needs_flight),
+            ("crazyflie.gusts", has_effect(around.gusts == calm.gusts), needs_flight),
+            ("crazyflie.texture", has_effect(around.texture == calm.texture), needs_flight),
+            ("crazyflie.latency", has_effect(around.latency == calm.latency), needs_flight),
             (
                 "crazyflie.positioning",
                 self.fidelity == Fidelity::Kinematic || self.positioning != Positioning::None,
-                "flow, loco or lighthouse with fidelity = \"flight\"",
+                "flow, loco, lighthouse or capture with fidelity = \"flight\"",
             ),
         ])
     }
@@ -298,7 +365,7 @@ impl Body for CrazyflieBody {
                     self.error[3] += yaw_walk * root * stream.normal();
                 }
             }
-            Positioning::Absolute { sigma, yaw_sigma } => {
+            Positioning::Absolute { sigma, yaw_sigma, .. } => {
                 let scale = [sigma, sigma, sigma, yaw_sigma];
                 self.error = scale.map(|scale| scale * stream.normal());
             }

@@ -1,24 +1,29 @@
 //! The body of a Crazyflie with `fidelity = "flight"`: the flight controller of [`bittybuzz_flight`] at
 //! its own rates, in the physics of [`bittybuzz_crazyflie_physics`].
 //!
+//! # Surroundings
+//! A body feels the wind, and the downwash of robots above it. Obstacles below it are its floor: its
+//! sensors see them, and it lands on them. The radio of poses is late, and its latency can sway.
+//!
 //! # Simplifications
-//! * Bodies do not feel the downwash of others. The world resolves contacts: it moves the body, which
-//!   loses its speed in that direction.
+//! * Floor and downwash change once in a tick. Every robot above pushes as a Crazyflie that hovers.
+//! * The world resolves contacts: it moves the body, which loses its speed in that direction.
 //! * The estimate starts at the true pose, as a robot does that is put on a known place.
 
-use bittybuzz_arena::engine::{Body, Pose, Stream, wrap};
+use bittybuzz_arena::engine::{Body, BodySurroundings, Pose, Stream, wrap};
 use bittybuzz_crazyflie_physics::sensors::{
-    FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuSettings, MotionCapture,
-    MotionCaptureSettings,
+    FloorSurface, FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuSettings,
+    MotionCapture, MotionCaptureSettings,
 };
 use bittybuzz_crazyflie_physics::{
-    Airframe, DVec3, Drone, DroneState, DroneSurroundings, PowerSource, STEP_S,
+    Airframe, DVec3, Drone, DroneState, DroneSurroundings, PowerSource, STEP_S, Wind, WindSettings,
+    downwash_n,
 };
 use bittybuzz_flight::ekf::{FlowMeasurement, FlowSurface, PoseMeasurement};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::{FlightState, ImuSample, MotorDuties, Vec3};
 
-use crate::{CrazyflieModel, Positioning};
+use crate::{CrazyflieModel, FlightSurroundings, Positioning};
 
 /// The flight controller that a brain commands, and the voltage that it measures.
 #[derive(Clone, Debug)]
@@ -35,9 +40,24 @@ pub struct FlightControls {
 #[derive(Clone, Debug)]
 enum PositionSource {
     /// Poses from outside: motion capture, Lighthouse or Loco.
-    Outside { source: Box<MotionCapture>, sigma_m: f32, sigma_rad: f32 },
+    Outside { source: Box<MotionCapture>, sigma_m: f32, sigma_rad: f32, latency: PoseLatency },
     /// The Flow deck's two sensors.
     Deck { flow: Box<FlowSensor>, height: Box<HeightSensor> },
+}
+
+/// The latency of poses in steps of the physics: a mean, and an amplitude of its sway.
+#[derive(Clone, Copy, Debug)]
+struct PoseLatency {
+    mean: f64,
+    sway: f64,
+}
+
+impl PoseLatency {
+    /// Returns the latency at a step.
+    fn at(&self, steps: u64) -> u32 {
+        let phase = steps as f64 * STEP_S / SWAY_S * core::f64::consts::TAU;
+        (self.mean + self.sway * libm::sin(phase)).round() as u32
+    }
 }
 
 /// A Crazyflie's body with its flight controller.
@@ -45,6 +65,9 @@ enum PositionSource {
 pub struct FlyingBody {
     controls: FlightControls,
     drone: Drone,
+    wind: Option<Wind>,
+    /// The floor below the robot and the force of downwash, for this tick.
+    around: DroneSurroundings,
     imu: Imu,
     position: PositionSource,
     settings: StackSettings,
@@ -62,54 +85,58 @@ pub struct FlyingStep {
     radius_m: f64,
 }
 
-/// Poses per second of Lighthouse and Loco (crazyflie-firmware 2a18fc29 limits a Lighthouse deck to 50
-/// events per second).
-const OUTSIDE_PERIOD_STEPS: u32 = 40;
-/// Delay of these poses in steps of half a millisecond (choice: 10 ms).
-const OUTSIDE_LATENCY_STEPS: u32 = 20;
+/// Steps of the physics in a millisecond.
+const STEPS_PER_MS: f64 = 0.001 / STEP_S;
+/// Age in seconds that the robot assumes of a pose from outside, which carries no time (choice).
+const ASSUMED_AGE_S: f32 = 0.01;
+/// Period in seconds in which a latency sways (choice).
+const SWAY_S: f64 = 3.0;
 /// Time in seconds over which the flow sensor counts.
 const FLOW_PERIOD_S: f32 = 0.01;
 
 impl PositionSource {
-    fn new(positioning: Positioning, seed: u64) -> Self {
+    fn new(positioning: Positioning, around: &FlightSurroundings, seed: u64) -> Self {
         match positioning {
-            Positioning::Absolute { sigma, yaw_sigma } => {
+            Positioning::Absolute { sigma, yaw_sigma, period_ms } => {
+                let mean = f64::from(around.latency) * STEPS_PER_MS;
+                let latency = PoseLatency { mean, sway: mean * f64::from(around.latency_sway) };
                 let sigma_m = (sigma / 1000.0).max(0.0005);
                 let sigma_rad = yaw_sigma.max(0.001);
                 let settings = MotionCaptureSettings {
-                    period_steps: OUTSIDE_PERIOD_STEPS,
-                    latency_steps: OUTSIDE_LATENCY_STEPS,
+                    period_steps: (f64::from(period_ms) * STEPS_PER_MS) as u32,
+                    latency_steps: latency.at(0),
                     position_sigma_m: f64::from(sigma) / 1000.0,
                     attitude_sigma_rad: yaw_sigma.into(),
                     loss_probability: 0.0,
                 };
                 let source = Box::new(MotionCapture::new(settings, seed));
-                PositionSource::Outside { source, sigma_m, sigma_rad }
+                PositionSource::Outside { source, sigma_m, sigma_rad, latency }
             }
-            Positioning::Flow { .. } | Positioning::None => PositionSource::Deck {
-                flow: Box::new(FlowSensor::new(FlowSettings::PMW3901, seed)),
-                height: Box::new(HeightSensor::new(seed)),
-            },
+            Positioning::Flow { .. } | Positioning::None => {
+                let mut flow = Box::new(FlowSensor::new(FlowSettings::PMW3901, seed));
+                flow.set_surface(floor_surface(around.texture.into()));
+                PositionSource::Deck { flow, height: Box::new(HeightSensor::new(seed)) }
+            }
         }
     }
 
-    /// Follows one step of the physics and passes measurements on.
-    fn step(&mut self, state: &DroneState, stack: &mut FlightStack) {
+    /// Follows one step of the physics above a floor of this height, and passes measurements on.
+    fn step(&mut self, state: &DroneState, floor_m: f64, stack: &mut FlightStack) {
         match self {
-            PositionSource::Outside { source, sigma_m, sigma_rad } => {
+            PositionSource::Outside { source, sigma_m, sigma_rad, latency } => {
+                source.set_latency_steps(latency.at(state.steps));
                 if let Some(pose) = source.sample(state) {
-                    let age_s = (state.steps - pose.steps) as f64 * STEP_S;
                     stack.receive_pose(&PoseMeasurement {
                         position_m: pose.position_m.as_vec3(),
                         attitude: pose.attitude.as_quat(),
                         sigma_m: *sigma_m,
                         sigma_rad: *sigma_rad,
-                        age_s: age_s as f32,
+                        age_s: ASSUMED_AGE_S,
                     });
                 }
             }
             PositionSource::Deck { flow, height } => {
-                if let Some(counts) = flow.sample(state, 0.0)
+                if let Some(counts) = flow.sample(state, floor_m)
                     && counts.is_valid
                     && let Some(sigma_counts) =
                         (FlowSurface { quality: counts.quality, shutter: counts.shutter })
@@ -122,12 +149,35 @@ impl PositionSource {
                         seconds: FLOW_PERIOD_S,
                     });
                 }
-                if let Some(HeightReading::Distance(mm)) = height.sample(state, 0.0) {
+                if let Some(HeightReading::Distance(mm)) = height.sample(state, floor_m) {
                     stack.receive_range(f32::from(mm) / 1000.0);
                 }
             }
         }
     }
+}
+
+/// Returns a floor with this share of a usual one's features; the camera exposes the longer, the fewer it
+/// sees.
+fn floor_surface(texture: f64) -> FloorSurface {
+    let (usual, least) = (FloorSurface::USUAL, FloorSurface::FEATURELESS);
+    let missing = ((usual.texture - texture) / (usual.texture - least.texture)).clamp(0.0, 1.0);
+    let longer = f64::from(least.shutter - usual.shutter) * missing;
+    FloorSurface { texture, shutter: usual.shutter + longer.round() as u16 }
+}
+
+/// Returns the wind at a robot; `None` in calm air.
+fn wind(around: &FlightSurroundings, seed: u64) -> Option<Wind> {
+    if around.wind <= 0.0 && around.gusts <= 0.0 {
+        return None;
+    }
+    let (sine, cosine) = libm::sincos(around.wind_direction.into());
+    let settings = WindSettings {
+        mean_m_s: DVec3::new(cosine, sine, 0.0) * (f64::from(around.wind) / 1000.0),
+        gust_sigma_m_s: f64::from(around.gusts) / 1000.0,
+        gust_s: around.gust_time.into(),
+    };
+    Some(Wind::new(settings, seed))
 }
 
 /// Returns the state in which a robot stands on its place in the world.
@@ -189,7 +239,7 @@ impl FlyingBody {
             state.velocity_m_s -= direction * state.velocity_m_s.dot(direction).min(0.0);
             self.drone.set_state(state);
         } else {
-            self.drone.stand(0.0, there.x, there.y, pose.heading.into());
+            self.drone.stand(self.around.ground_m, there.x, there.y, pose.heading.into());
             let mut state = *self.drone.state();
             state.position_m.z = state.position_m.z.max(there.z);
             self.drone.set_state(state);
@@ -225,7 +275,9 @@ impl Body for FlyingBody {
         let mut body = FlyingBody {
             controls,
             imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
-            position: PositionSource::new(model.positioning, seed),
+            position: PositionSource::new(model.positioning, &model.surroundings, seed),
+            wind: wind(&model.surroundings, seed),
+            around: DroneSurroundings::default(),
             settings,
             duties: MotorDuties::default(),
             pose: *pose,
@@ -258,9 +310,22 @@ impl Body for FlyingBody {
     fn restart(&mut self) {
         if self.drone.has_crashed() {
             let at = self.drone.state().position_m;
-            self.drone.stand(0.0, at.x, at.y, self.pose.heading.into());
+            self.drone.stand(self.around.ground_m, at.x, at.y, self.pose.heading.into());
         }
         self.power_on();
+    }
+
+    fn surround(&mut self, surroundings: BodySurroundings) {
+        let radius_m = self.drone.airframe().propeller_radius_m;
+        let pushes_n = surroundings.above_mm.iter().map(|[x, y, z]| {
+            let aside_m = f64::from(x.hypot(*y)) / 1000.0;
+            downwash_n(f64::from(*z) / 1000.0, aside_m, radius_m)
+        });
+        self.around = DroneSurroundings {
+            ground_m: f64::from(surroundings.floor_mm) / 1000.0,
+            external_force_n: DVec3::NEG_Z * pushes_n.sum::<f64>(),
+            ..DroneSurroundings::default()
+        };
     }
 
     fn step(&mut self, pose: &mut Pose, step: &FlyingStep) {
@@ -272,9 +337,12 @@ impl Body for FlyingBody {
         while self.behind_s >= STEP_S / 2.0 {
             self.behind_s -= STEP_S;
             let duties = self.duties.0.map(f64::from);
-            self.drone.step(duties, &DroneSurroundings::default());
+            if let Some(wind) = &mut self.wind {
+                self.around.wind_m_s = wind.step();
+            }
+            self.drone.step(duties, &self.around);
             let state = *self.drone.state();
-            self.position.step(&state, &mut self.controls.stack);
+            self.position.step(&state, self.around.ground_m, &mut self.controls.stack);
             if let Some(counts) = self.imu.sample(&state) {
                 let sample = ImuSample {
                     gyro_rad_s: counts.gyro_rad_s().as_vec3(),

@@ -22,7 +22,7 @@ use bittybuzz_arena::scenario::keys::{RADIUS, SectionKeys};
 use bittybuzz_arena::scenario_keys;
 use bittybuzz_robot_spec::RobotFunction;
 
-pub use body::{CrazyflieModel, Fidelity, Flight, Positioning, Velocity};
+pub use body::{CrazyflieModel, Fidelity, Flight, FlightSurroundings, Positioning, Velocity};
 
 /// The keys of the Crazyflie in scenarios.
 pub const KEYS: ModelKeys = ModelKeys {
@@ -34,10 +34,17 @@ pub const KEYS: ModelKeys = ModelKeys {
             "acceleration" "number" "of the model" "largest acceleration, in mm/s²",
             "lag" "number" "of the model" "time constant of changes of velocity, in seconds",
             "crash_speed" "0 to 100000" "0" "closing speed in mm/s above which a contact in the air is a crash; 0: every contact is one",
-            "positioning" "word" "of the model" "positioning system: none, flow, loco or lighthouse",
+            "positioning" "word" "of the model" "positioning system: none, flow, loco, lighthouse or capture (cameras in the room)",
             "fidelity" "word" "kinematic" "kinematic: the body follows the planner's velocities; flight: a flight controller flies a body with four rotors",
             "armed" "true or false" "false" "true: a person has armed the robots at power-on; without it they do not take off",
-            "avoidance" "0 to 5000" "0" "half of the distance in mm that a flying robot keeps from neighbors whose messages it receives; 0: no avoidance",
+            "avoidance" "0 to 5000" "0" "distance in mm that a flying robot keeps from walls and obstacles, and twice from neighbors whose messages it receives; 0: no avoidance",
+            "wind" "0 to 20000" "0" "mean speed of the wind, in mm/s",
+            "wind_direction" "degrees" "0" "direction to which the wind blows: 0 along x, counterclockwise",
+            "gusts" "0 to 10000" "0" "standard deviation of each coordinate of the gusts, in mm/s",
+            "gust_time" "0.05 to 60" "1" "time of correlation of the gusts, in seconds",
+            "texture" "0 to 1" "1" "share of a usual floor's features that a Flow deck sees",
+            "latency" "0 to 150" "10" "time until a pose of capture, lighthouse or loco arrives, in ms",
+            "latency_sway" "0 to 1" "0" "share of the latency by which it sways",
         ],
     },
     robots: "the Crazyflies",
@@ -53,11 +60,12 @@ const FIDELITIES: [(&str, Fidelity); 2] =
     [("kinematic", Fidelity::Kinematic), ("flight", Fidelity::Flight)];
 
 /// The words for `positioning`; the first one is no position.
-const POSITIONINGS: [(&str, Positioning); 4] = [
+const POSITIONINGS: [(&str, Positioning); 5] = [
     ("none", Positioning::None),
     ("flow", Positioning::FLOW),
     ("loco", Positioning::LOCO),
     ("lighthouse", Positioning::LIGHTHOUSE),
+    ("capture", Positioning::CAPTURE),
 ];
 
 impl RobotModel for CrazyflieModel {
@@ -88,6 +96,15 @@ impl RobotModel for CrazyflieModel {
         model.positioning = positioning.unwrap_or(model.positioning);
         model.armed = section.boolean("armed").unwrap_or(model.armed);
         model.avoidance = number("avoidance", AVOIDANCE).unwrap_or(model.avoidance);
+        let around = &mut model.surroundings;
+        around.wind = number("wind", 0.0..=20_000.0).unwrap_or(around.wind);
+        around.wind_direction =
+            number("wind_direction", -360.0..=360.0).map_or(around.wind_direction, f32::to_radians);
+        around.gusts = number("gusts", 0.0..=10_000.0).unwrap_or(around.gusts);
+        around.gust_time = number("gust_time", 0.05..=60.0).unwrap_or(around.gust_time);
+        around.texture = number("texture", 0.0..=1.0).unwrap_or(around.texture);
+        around.latency = number("latency", 0.0..=150.0).unwrap_or(around.latency);
+        around.latency_sway = number("latency_sway", 0.0..=1.0).unwrap_or(around.latency_sway);
         Arc::new(model)
     }
 

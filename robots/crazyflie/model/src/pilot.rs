@@ -6,14 +6,14 @@
 
 use std::any::Any;
 
-use bittybuzz_arena::engine::{Io, Pose, TICK_S, TICK_US};
+use bittybuzz_arena::engine::{self, Io, Pose, Sensors, TICK_S, TICK_US};
 use bittybuzz_arena::robot::{Autopilot, Done, Piece, RobotCall};
-use bittybuzz_flight::Vec3;
-use bittybuzz_flight::avoidance::{Avoidance, AvoidanceSettings, PeerReport};
+use bittybuzz_flight::avoidance::{Avoidance, AvoidanceSettings, Obstacle, PeerReport};
 use bittybuzz_flight::pilot::{
     Aircraft, BodyVelocity, Pilot, PilotAnswer, PilotFunction, PilotMoment, PilotRefusal,
     PlannedAircraft,
 };
+use bittybuzz_flight::{Vec2, Vec3};
 
 use crate::body::Fidelity;
 use crate::flying::FlightControls;
@@ -97,6 +97,7 @@ impl CrazyflieAutopilot {
             self.pilot.permit(now_ms);
         }
         if let Some(settings) = self.avoidance.take() {
+            let settings = within_walls(settings, &io.sensors);
             self.pilot.set_avoidance(Avoidance::new(io.id.0, settings));
         }
         let battery_mv = setting_mv.unwrap_or_else(|| self.battery_mv());
@@ -221,6 +222,54 @@ impl CrazyflieAutopilot {
     }
 }
 
+/// Returns the settings with the walls of the world, from which a robot keeps its distance. In a world that
+/// is too small for it, it stays in the middle.
+fn within_walls(settings: AvoidanceSettings, sensors: &Sensors<'_>) -> AvoidanceSettings {
+    let area = sensors.area();
+    let half = [area.width, area.height].map(|side| {
+        let reach_m = side / 2000.0 - settings.radius_m;
+        reach_m.max(MIDDLE_M)
+    });
+    let most = Vec3::new(half[0], half[1], f32::INFINITY);
+    AvoidanceSettings { lowest_m: -most, highest_m: most, ..settings }
+}
+
+/// Half of the middle in m in which a robot stays that has no room.
+const MIDDLE_M: f32 = 0.001;
+
+/// Returns the obstacles of the world that do not move, as on the robot's map.
+fn obstacles<'a>(sensors: &Sensors<'a>) -> impl Iterator<Item = Obstacle> + use<'a> {
+    sensors.obstacles().map(|(obstacle, height_mm)| column(obstacle, height_mm))
+}
+
+/// Returns an obstacle of the world as the avoidance knows it.
+fn column(obstacle: &engine::Obstacle, height_mm: f32) -> Obstacle {
+    let meters = |x: f32, y: f32| Vec2::new(x, y) / 1000.0;
+    let top_m = height_mm / 1000.0;
+    match *obstacle {
+        engine::Obstacle::Round { x, y, radius } => {
+            Obstacle::round(meters(x, y), radius / 1000.0, top_m)
+        }
+        engine::Obstacle::Box { x, y, width, height } => Obstacle {
+            half_m: meters(width, height) / 2.0,
+            ..Obstacle::round(meters(x, y), 0.0, top_m)
+        },
+        engine::Obstacle::TurnedBox { x, y, width, height, along } => Obstacle {
+            along: Vec2::from(along).normalize_or(Vec2::X),
+            half_m: meters(width, height) / 2.0,
+            ..Obstacle::round(meters(x, y), 0.0, top_m)
+        },
+        engine::Obstacle::Segment { from, to } => {
+            let (from, to) = (meters(from.0, from.1), meters(to.0, to.1));
+            Obstacle {
+                along: (to - from).normalize_or(Vec2::X),
+                half_m: Vec2::new(from.distance(to) / 2.0, 0.0),
+                ..Obstacle::round(from.midpoint(to), 0.0, top_m)
+            }
+        }
+    }
+}
+
 /// Returns the ids of the neighbors whose frames arrived, and the way to each in m.
 fn heard_peers(io: &Io<'_>) -> Vec<(u16, Vec3)> {
     let Some(here) = io.sensors.estimate() else { return Vec::new() };
@@ -257,6 +306,7 @@ impl Autopilot for CrazyflieAutopilot {
         }
         self.measure_battery(io);
         // A planned aircraft without avoidance has no use for them.
+        self.pilot.set_obstacles(obstacles(&io.sensors));
         let uses_peers = self.planned.is_none() || self.pilot.has_avoidance();
         let peers = if uses_peers { heard_peers(io) } else { Vec::new() };
         self.act(io, battery_mv, |pilot, aircraft, moment| {

@@ -23,6 +23,7 @@
 //! | current by thrust | 2015 motors | linear | bench; recalled flight time of 10 min |
 //! | feet, propeller plane | 15, 10 mm | 15, 12 mm | choice; the robot is 29 mm high |
 //! | spread of motors | 2 % | 2 % | choice |
+//! | steps of the duty | 256 | 2,000 | timer with 8 bits (`motors.h`); range of DSHOT |
 
 use glam::{DVec2, DVec3};
 
@@ -71,6 +72,8 @@ pub struct Airframe {
     pub propellers_above_m: f64,
     /// Standard deviation of a motor's thrust between robots of one kind, as a share.
     pub motor_spread: f64,
+    /// Number of steps in which the duty of a motor reaches 1. The highest one is not used.
+    pub duty_steps: f64,
     /// The battery.
     pub battery: BatteryCell,
 }
@@ -97,6 +100,7 @@ impl Airframe {
         feet_below_m: 0.015,
         propellers_above_m: 0.010,
         motor_spread: 0.02,
+        duty_steps: 256.0,
         battery: BatteryCell {
             capacity_a_h: 0.25,
             resistance_ohm: 0.20,
@@ -123,6 +127,7 @@ impl Airframe {
         feet_below_m: 0.015,
         propellers_above_m: 0.012,
         motor_spread: 0.02,
+        duty_steps: 2000.0,
         battery: BatteryCell {
             capacity_a_h: 0.35,
             resistance_ohm: 0.15,

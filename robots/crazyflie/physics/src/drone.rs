@@ -171,6 +171,12 @@ impl Drone {
             shares.map(|share| if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 });
     }
 
+    /// Returns the step of the motors' duty that is nearest to this finite one.
+    fn stepped(&self, duty: f64) -> f64 {
+        let steps = self.airframe.duty_steps;
+        (duty * steps).round().clamp(0.0, steps - 1.0) / steps
+    }
+
     /// Returns the thrust of intact motors at the present speeds, in N. It determines the current.
     fn motor_thrust_n(&self) -> f64 {
         self.state.rotor_rpm.iter().map(|speed| self.airframe.thrust_n(*speed)).sum()
@@ -179,10 +185,10 @@ impl Drone {
     /// Advances by half a millisecond and returns an impact on the ground that began in it.
     ///
     /// # Parameters
-    /// `duties`: the share of the battery's voltage for each motor, 0 to 1. Others are limited; a
-    /// number that is not finite turns the motor off.
+    /// `duties`: the share of the battery's voltage for each motor, 0 to 1. The motors get the nearest
+    /// step of the airframe. Others are limited; a number that is not finite turns the motor off.
     pub fn step(&mut self, duties: [f64; 4], surroundings: &DroneSurroundings) -> Option<Impact> {
-        let duties = duties.map(|duty| if duty.is_finite() { duty.clamp(0.0, 1.0) } else { 0.0 });
+        let duties = duties.map(|duty| if duty.is_finite() { self.stepped(duty) } else { 0.0 });
         let impact = if duties == [0.0; 4] && self.rest == Some(*surroundings) {
             self.state.steps += 1;
             None

@@ -11,11 +11,13 @@ const CALM: DroneSurroundings =
 /// A robot in the air whose rotors turn at the speed of hover.
 fn hovering(airframe: Airframe) -> (Drone, [f64; 4]) {
     let mut drone = Drone::nominal(airframe);
-    drone.set_power(PowerSource::Constant { volts: 4.0 });
     let hover = airframe.hover_speed_rpm();
+    // A duty that is a whole number of steps.
+    let duty = 0.75;
+    drone.set_power(PowerSource::Constant { volts: airframe.volts(hover) / duty });
     let start = DroneState::at_rest(DVec3::new(0.0, 0.0, 100.0), 0.0);
     drone.set_state(DroneState { rotor_rpm: [hover; 4], ..start });
-    (drone, [airframe.volts(hover) / 4.0; 4])
+    (drone, [duty; 4])
 }
 
 #[test]
@@ -31,6 +33,23 @@ fn hover_holds_the_height() {
         assert!((state.specific_force_m_s2.z - GRAVITY_M_S2).abs() < 1e-4);
         assert!(state.rate_rad_s.length() < 1e-9);
     }
+}
+
+/// The timer of the 2.1+ counts to 255, so the motors know 256 duties, and never the whole voltage.
+#[test]
+fn the_motors_get_the_nearest_step_of_the_duty() {
+    let end = |duty: f64| {
+        let mut drone = Drone::nominal(PLUS);
+        (0..200).for_each(|_| {
+            drone.step([duty; 4], &CALM);
+        });
+        drone.state().rotor_rpm[0]
+    };
+    let step = 1.0 / 256.0;
+    assert_eq!(end(0.75), end(0.75 + 0.49 * step));
+    assert!(end(0.75) < end(0.75 + 0.51 * step));
+    assert_eq!(end(1.0), end(255.0 * step));
+    assert!(end(0.49 * step) == 0.0 && end(0.51 * step) > 0.0);
 }
 
 #[test]

@@ -9,5 +9,6 @@ mod flight_closed_loop;
 mod fresh;
 mod ground;
 mod held;
+mod labels;
 mod load;
 mod set_points;

@@ -1,9 +1,10 @@
-//! Height by the time of flight of light (ST VL53L1x, downwards) at 40 Hz, in whole millimeters.
+//! Height by the time of flight of light (ST VL53L1x, downwards) at 30 Hz, in whole millimeters.
 //!
 //! The distance is measured along the body's −z axis, except that the beam is a cone: the nearest
 //! point in it counts, so a tilt of up to 7.5 degrees does not matter. Bitcraze's firmware assumes
 //! the same cone, and the deviation 0.0025 m (1 + exp(k (d − 2.5 m))) with k = 2.92/m (`zranger2.c`).
-//! Each measurement is of the begin of its 25 ms.
+//! Each measurement is of the begin of its 33 ms, the shortest time in which ST's small driver (VL53L1X
+//! ULD) measures up to 4 m; its full driver, which Bitcraze's firmware has, takes 25 ms.
 
 use crate::DroneState;
 use crate::random::{NoiseConsumer, NoiseStream};
@@ -11,8 +12,8 @@ use crate::sensors::SensorFault;
 use crate::sensors::delay::DelayLine;
 use crate::sensors::fault::FaultGate;
 
-/// Steps between measurements, and of their delay: 25 ms.
-const PERIOD_STEPS: u64 = 50;
+/// Steps between measurements, and of their delay: 33 ms.
+const PERIOD_STEPS: u64 = 66;
 /// Largest distance in m; the data sheet's range in the dark (recalled).
 const DISTANCE_M_MAX: f64 = 4.0;
 /// Half the angle of the cone in radians: 7.5 degrees.
@@ -61,7 +62,7 @@ impl HeightSensor {
         self.gate.fault = fault;
     }
 
-    /// Follows one step above a ground of this height, and returns a measurement every 50 steps.
+    /// Follows one step above a ground of this height, and returns a measurement every 66 steps.
     pub fn sample(&mut self, state: &DroneState, ground_m: f64) -> Option<HeightReading> {
         if !state.steps.is_multiple_of(PERIOD_STEPS) {
             return None;
@@ -142,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn measurements_are_25_ms_old() {
+    fn measurements_are_33_ms_old() {
         let mut sensor = HeightSensor::new(3);
         assert_eq!(run(&mut sensor, at(1.0, 0.0), 3).len(), 2);
         let next = DroneState { steps: 3 * PERIOD_STEPS, ..at(2.0, 0.0) };

@@ -9,7 +9,7 @@ use crate::sensors::delay::DelayLine;
 use crate::sensors::fault::FaultGate;
 
 /// Largest number of poses on their way. A pose that finds them all in use is lost.
-const ON_THE_WAY_MAX: usize = 16;
+const ON_THE_WAY_MAX: usize = 32;
 
 /// The properties of motion capture and of its radio.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! Flights with a Flow deck: flow at 100 Hz and the distance to the ground at 40 Hz.
+//! Flights with a Flow deck: flow at 100 Hz and the distance to the ground at 30 Hz.
 
 use bittybuzz_crazyflie_physics::DVec3;
 

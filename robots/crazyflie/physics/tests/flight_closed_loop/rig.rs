@@ -50,6 +50,8 @@ pub struct Rig {
     pub assumed_age_s: Option<f64>,
     /// The motion capture sends positions without attitudes.
     pub sends_positions: bool,
+    /// The state of another robot, which the motion capture takes for this one.
+    pub seen: Option<DroneState>,
     /// Measurements in the last millisecond.
     pub readings: DeckReadings,
     imu: Imu,
@@ -157,6 +159,7 @@ impl Rig {
             wind: None,
             assumed_age_s: None,
             sends_positions: false,
+            seen: None,
             readings: DeckReadings::default(),
             positioning,
             drone,
@@ -187,7 +190,9 @@ impl Rig {
     fn measure(&mut self, state: &DroneState) {
         match &mut self.positioning {
             Positioning::Capture(capture) => {
-                let Some(pose) = capture.sample(state) else { return };
+                let seen =
+                    self.seen.map_or(*state, |seen| DroneState { steps: state.steps, ..seen });
+                let Some(pose) = capture.sample(&seen) else { return };
                 let age_s = (state.steps - pose.steps) as f64 * STEP_S;
                 let pose = PoseMeasurement {
                     position_m: pose.position_m.as_vec3(),
