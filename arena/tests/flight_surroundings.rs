@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::flight_fidelity::{distance, fly};
 use crate::script::{folder, read};
 use bittybuzz_arena::run::{Setup, Simulation};
+use bittybuzz_arena::scenario::Scenario;
 
 /// A robot that hovers at 500 mm.
 const HOVER: &str = "function init() { takeoff(500) }";
@@ -145,5 +146,70 @@ fn surroundings_need_a_flight_controller() {
         let refused = Simulation::new(setup, 1, 1).err().map(|error| error.to_string());
         let name = key.split(' ').next().unwrap();
         assert!(refused.as_ref().is_some_and(|text| text.contains(name)), "{key}: {refused:?}");
+    }
+}
+
+/// Cameras that take two hovering robots for each other end both flights, apart; after a restart and a
+/// second event the robots fly again.
+#[test]
+fn exchanged_labels_end_both_flights() {
+    let script =
+        "function init() { takeoff(500) } function step() { neighbors.broadcast(\"here\", 1) }";
+    let more = "duration = 30\n\
+                [[event]]\nat = 6\nrelabel = [0, 1]\n\
+                [[event]]\nat = 18\nrelabel = [0, 1]\n\
+                [[event]]\nat = 18\nrestart = \"0..1\"\n\
+                [[expect]]\nat = 5.9\nvalue = \"z\"\nabove = 450\n\
+                [[expect]]\nalways = [14, 18]\nvalue = \"z\"\nbelow = 10\n\
+                [[expect]]\nat = 29\nvalue = \"z\"\nabove = 450\n\
+                [[robots]]\npositions = [[0, 0], [1000, 0]]\nheading = 0";
+    let (summary, _) = fly("labels", "flight", ", positioning = \"capture\"", script, more);
+    assert_eq!(summary.statistics.crashes, 0);
+    assert!(summary.is_success(), "{:?}", summary.convergences);
+}
+
+/// Poses that jump by 200 mm are followed; a jump of 2 m ends in a landing.
+#[test]
+fn displaced_poses_are_followed_or_end_the_flight() {
+    let script = "function init() { takeoff(500) } function step() { goto(0, 0) }";
+    let fly = |by: u32| {
+        let more =
+            format!("duration = 20\n[[event]]\nat = 8\ndisplace = 0\nby = [{by}, 0]\n{ALONE}");
+        let (summary, poses) = fly("jump", "flight", ", positioning = \"capture\"", script, &more);
+        assert_eq!(summary.statistics.crashes, 0);
+        poses[poses.len() - 1]
+    };
+    let [x, _, z, _] = fly(200);
+    assert!((x - -200.0).abs() < 30.0 && z > 450.0, "{x} {z}");
+    let [x, _, z, _] = fly(2000);
+    assert!(x.abs() < 300.0 && z < 10.0, "{x} {z}");
+}
+
+/// The events name what they need.
+#[test]
+fn events_about_poses_need_poses() {
+    let refused = |event: &str, model: &str| {
+        let folder = folder("no-poses", &[("script.bzz", "function step() { }")]);
+        let text = format!(
+            "[world]\nsize = [4000, 4000]\nduration = 2\n[[event]]\nat = 1\n{event}\n[[robots]]\n\
+             robot = \"crazyflie\"\nscript = \"script.bzz\"\npositions = [[0, 0], [900, 0]]\n{model}\n"
+        );
+        let models = bittybuzz_robot_models::all();
+        let errors = Scenario::parse(&text, "test.toml", &folder, &[], &models).unwrap_err();
+        errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+    };
+    let deck = "model = { fidelity = \"flight\", positioning = \"flow\" }";
+    let capture = "model = { fidelity = \"flight\", positioning = \"capture\" }";
+    for (event, model, message) in [
+        ("displace = 0\nby = [100, 0]", "", "`displace` is about poses from outside"),
+        ("displace = 0\nby = [100, 0]", deck, "`displace` is about poses from outside"),
+        ("relabel = [0, 1]", deck, "`relabel` is about poses from outside"),
+        ("displace = 0", capture, "by"),
+        ("relabel = [0, 0]", capture, "two robots of one group"),
+        ("relabel = [\"0..1\", 1]", capture, "two robots of one group"),
+        ("fail = 0\nby = [1, 0]", capture, "`by`"),
+    ] {
+        let report = refused(event, model);
+        assert!(report.contains(message), "{event} {model}: {report}");
     }
 }

@@ -25,6 +25,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         first_id: group.first_id,
         radius: group.radius_mm(),
         slots: Some(group.robot.vm.slots),
+        wind: group.model.wind_mm_s().map(|wind| wind.map(|part| f64::from(part.round()))),
     });
     let expects = setup.expects().iter().map(|bound| {
         let expect = &bound.expect;

@@ -152,6 +152,8 @@ pub struct GroupDescription {
     pub radius: f64,
     /// The slots of a machine.
     pub slots: Option<u32>,
+    /// The mean velocity of the wind that the robots feel, along x and y in mm/s.
+    pub wind: Option<[f64; 2]>,
 }
 
 /// A painted part of the ground with the keys of a scenario.

@@ -147,6 +147,7 @@ fn group(bodies: &[RecordedBody]) -> GroupDescription {
         first_id: first.id,
         radius: mm(first.radius.into()),
         slots: None,
+        wind: None,
     }
 }
 

@@ -164,6 +164,7 @@ impl Source for Watched {
             first_id: *id,
             radius: RADIUS.into(),
             slots: Some(0),
+            wind: None,
         });
         let begin = BeginEvent {
             watched: Some(true),

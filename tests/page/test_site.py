@@ -94,6 +94,16 @@ def test_a_click_while_the_module_is_loaded_is_carried_out(page):
     expect(page.locator("#play")).to_have_text("Pause")
 
 
+def test_the_wind_is_shown_where_it_blows(page):
+    expect(page.locator("#wind")).to_be_hidden()
+    choose(page, "examples/swarm/wind.toml")
+    expect(page.locator("#wind")).to_have_text(re.compile("wind 1500 mm/s"))
+    # 60 degrees counterclockwise from x, and as the camera turns.
+    expect(page.locator("#wind i")).to_have_attribute("style", "transform: rotate(-60deg);")
+    page.check("#tilted")
+    expect(page.locator("#wind i")).not_to_have_attribute("style", "transform: rotate(-60deg);")
+
+
 def test_another_example_is_chosen_by_its_address(page):
     choose(page, "examples/patrol.toml")
     expect(page.locator("#clock")).to_have_text("0.0 s of 30.0 s")

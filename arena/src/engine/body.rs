@@ -183,6 +183,11 @@ pub trait Body: Clone + Debug + Send + Sync + 'static {
         self.halt();
     }
 
+    /// Lets bodies of a block see each other before a substep.
+    fn exchange(bodies: &mut [Self]) {
+        let _ = bodies;
+    }
+
     /// Takes what is around the body, see [`BodyModel::feels_within_mm`].
     fn surround(&mut self, surroundings: BodySurroundings) {
         let _ = surroundings;
@@ -257,6 +262,7 @@ impl<B: Body> BodyBlock for Bodies<B> {
     }
 
     fn step(&mut self, poses: &mut [Pose]) {
+        B::exchange(&mut self.bodies);
         for (body, pose) in self.bodies.iter_mut().zip(poses) {
             body.step(pose, &self.step);
         }

@@ -9,6 +9,7 @@ use bittybuzz_vm_core::{Fault, ImageError, NetworkCounters};
 
 use crate::engine::{Brain, Digest, Io};
 
+use super::call::PoseError;
 use super::checks::{Costs, Findings, MachineChecker};
 use super::clock::ScriptClock;
 use super::content::{ScriptNumber, VariableContent};
@@ -203,6 +204,33 @@ impl SimRobot {
         if let (Some(autopilot), Some(before)) = (&mut memory.autopilot, &before.autopilot) {
             autopilot.adopt(&**before);
         }
+        let error = before.pose_error;
+        self.change_pose_error(|own| *own = error);
+    }
+
+    /// Changes the errors of the robot's poses from outside.
+    fn change_pose_error(&mut self, change: impl FnOnce(&mut PoseError)) {
+        let memory = &mut self.state.memory;
+        change(&mut memory.pose_error);
+        if let Some(autopilot) = &mut memory.autopilot {
+            autopilot.set_pose_error(memory.pose_error);
+        }
+    }
+
+    /// Displaces the robot's poses from outside further, in mm.
+    pub fn displace_poses(&mut self, [x, y]: [f32; 2]) {
+        self.change_pose_error(|error| {
+            error.displaced_mm[0] += x;
+            error.displaced_mm[1] += y;
+        });
+    }
+
+    /// Lets the source of poses take the robot whose id is that much larger for this one, or no longer if
+    /// it does so already.
+    pub fn see_as(&mut self, offset: i32) {
+        self.change_pose_error(|error| {
+            error.seen_as = (error.seen_as != Some(offset)).then_some(offset);
+        });
     }
 
     /// Makes the clock of the script fast by `ppm` millionths; a negative number makes it slow.

@@ -48,11 +48,22 @@ pub struct FunctionMemory {
     pub autopilot: Option<Box<dyn Autopilot>>,
     /// Voltage of the battery in mV, if an event of the scenario has set it.
     pub battery_mv: Option<u16>,
+    /// Errors of poses from outside that events of the scenario have caused.
+    pub(super) pose_error: PoseError,
     /// Random numbers of the robot's functions.
     pub chance: Stream,
     pub(super) logged: Vec<LogLine>,
     /// The program that calls the functions.
     pub(super) program: ProgramId,
+}
+
+/// The errors of a source of poses outside of the robots, such as cameras.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PoseError {
+    /// Displacement in mm.
+    pub displaced_mm: [f32; 2],
+    /// The source takes another robot for this one: its id minus the own id.
+    pub seen_as: Option<i32>,
 }
 
 /// The part of a robot's firmware that executes functions between two steps of the script, such as
@@ -73,6 +84,11 @@ pub trait Autopilot: Any + Debug + Send {
         None
     }
 
+    /// Sets the errors of poses from outside. A robot without such poses has none.
+    fn set_pose_error(&mut self, error: PoseError) {
+        let _ = error;
+    }
+
     /// Brings the robot to rest after a fault has stopped the script.
     fn give_up(&mut self, io: &mut Io<'_>);
 
@@ -88,8 +104,13 @@ pub trait Autopilot: Any + Debug + Send {
 impl FunctionMemory {
     /// Adds its state to a digest. Logged lines are left out, because they only wait for the host.
     pub(super) fn add_to(&self, digest: &mut Digest) {
-        let FunctionMemory { autopilot, battery_mv, chance, logged: _, program: _ } = self;
+        let FunctionMemory { autopilot, battery_mv, pose_error, chance, logged: _, program: _ } =
+            self;
         digest.text_of(&(autopilot, battery_mv, chance));
+        // Runs without such events keep their digests.
+        if *pose_error != PoseError::default() {
+            digest.text_of(pose_error);
+        }
     }
 }
 

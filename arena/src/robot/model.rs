@@ -50,6 +50,17 @@ pub trait RobotModel: BodyModel + Any {
     /// simulator.
     fn effect(&self, function: &RobotFunction) -> Option<Effect>;
 
+    /// Returns the mean velocity along x and y in mm/s of the air that the robots feel; `None` if they feel
+    /// none, or only calm air.
+    fn wind_mm_s(&self) -> Option<[f32; 2]> {
+        None
+    }
+
+    /// Returns true if the robots get poses from a source outside of them, which can be wrong.
+    fn has_outside_poses(&self) -> bool {
+        false
+    }
+
     /// Returns the part of the firmware that executes functions between two steps of the script.
     fn autopilot(&self) -> Option<Box<dyn Autopilot>> {
         None

@@ -10,7 +10,7 @@ use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Vm};
 
 use crate::engine::{Digest, Io, Stream, TICK_US};
 
-use super::call::{Autopilot, FunctionMemory};
+use super::call::{Autopilot, FunctionMemory, PoseError};
 use super::checks::MachineChecker;
 use super::clock::ScriptClock;
 use super::content::ScriptNumber;
@@ -94,6 +94,7 @@ impl RobotContext {
             memory: FunctionMemory {
                 autopilot,
                 battery_mv: None,
+                pose_error: PoseError::default(),
                 chance,
                 logged: Vec::new(),
                 program,

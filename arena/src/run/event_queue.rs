@@ -165,6 +165,18 @@ impl EventQueue {
                 robot.set_battery(*millivolts);
                 Ok(())
             }),
+            WorldChange::Displace { robots, by } => self.each(robots, |id| {
+                let robot = world.brain_mut(id).ok_or(UnknownRobot(id))?;
+                robot.displace_poses(by.map(|part| part as f32));
+                Ok(())
+            }),
+            WorldChange::Relabel(one, other) => self.pairs(one, other, |one, other| {
+                for (own, seen) in [(one, other), (other, one)] {
+                    let robot = world.brain_mut(own).ok_or(UnknownRobot(own))?;
+                    robot.see_as(i32::from(seen.0) - i32::from(own.0));
+                }
+                Ok(())
+            }),
             WorldChange::Light(lights) => self.relight(lights, world),
             WorldChange::Loss(medium, loss) => {
                 world.set_loss(*medium, engine_loss(*loss));

@@ -110,6 +110,10 @@ pub enum ScenarioCause {
     TooManyEmulated { count: u32, most: u32 },
     /// A key that emulated robots do not support.
     NotEmulated { key: &'static str },
+    /// An event about poses from outside, for robots that get none.
+    NoPoses { key: &'static str, group: String },
+    /// Labels are exchanged of other than two robots of one group.
+    NotTwoOfAGroup,
     /// A quantity that cannot be read from an emulated robot.
     Unseen { quantity: String },
     /// A command loads a script into a run that has no compiler.
@@ -274,6 +278,15 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::NotEmulated { key } => {
                 write!(f, "`{key}` cannot be had of robots that run firmware")
             }
+            ScenarioCause::NoPoses { key, group } => {
+                write!(
+                    f,
+                    "`{key}` is about poses from outside, which the robots of `{group}` do not get"
+                )
+            }
+            ScenarioCause::NotTwoOfAGroup => {
+                f.write_str("`relabel` exchanges two robots of one group")
+            }
             ScenarioCause::Unseen { quantity } => {
                 write!(f, "`{quantity}` cannot be seen of robots that run firmware")
             }
@@ -435,6 +448,11 @@ impl toml_reader::Cause for ScenarioCause {
             ScenarioCause::NotEmulated { .. } => {
                 Some("backend = \"vm\" has it; emulated robots can be moved, fail, be restarted and cut off, and lose packets".to_owned())
             }
+            ScenarioCause::NoPoses { .. } => Some(
+                "fidelity = \"flight\" with positioning = \"capture\", \"lighthouse\" or \"loco\" has them"
+                    .to_owned(),
+            ),
+            ScenarioCause::NotTwoOfAGroup => Some("say relabel = [ID, ID]".to_owned()),
             ScenarioCause::Unseen { .. } => Some(
                 "place, heading, LED and whether the script runs can; or let the script show it with `led`"
                     .to_owned(),

@@ -89,6 +89,15 @@ pub enum WorldChange {
         /// The voltage in mV.
         millivolts: u16,
     },
+    /// The poses from outside of the robots are displaced from now on.
+    Displace {
+        /// The robots that the event is for.
+        robots: Selection,
+        /// The displacement in mm.
+        by: [f64; 2],
+    },
+    /// The source of poses takes each of these robots for the other one, or no longer.
+    Relabel(Selection, Selection),
     /// The lights of the world are replaced.
     Light(Vec<LampSection>),
     /// The share of frames that a medium loses is set.
@@ -127,6 +136,8 @@ const ACTIONS: &[&str] = &[
     "join",
     "move",
     "battery",
+    "displace",
+    "relabel",
     "light",
     "loss",
     "block",
@@ -171,7 +182,6 @@ pub fn action(
     let (key, entry) = section.one_of(ACTIONS)?;
     for (other, needs) in [
         ("to", "move"),
-        ("by", "move"),
         ("heading", "move"),
         ("script", "load"),
         ("keep", "load"),
@@ -184,6 +194,9 @@ pub fn action(
         if let Some(stray) = section.get(other).filter(|_| key != needs) {
             stray.fail(ScenarioCause::Without { key: other, needs });
         }
+    }
+    if let Some(stray) = section.get("by").filter(|_| key != "move" && key != "displace") {
+        stray.fail(ScenarioCause::Without { key: "by", needs: "move" });
     }
     let action = match key {
         "fail" => WorldChange::Fail(robot_index.select(&entry)?),
@@ -214,6 +227,15 @@ pub fn action(
             let volts = section.required("volts").and_then(|entry| entry.number(0.0..=5.0));
             WorldChange::Battery { robots: robots?, millivolts: (volts? * 1000.0).round() as u16 }
         }
+        "displace" => {
+            let robots = robot_index
+                .select(&entry)
+                .filter(|robots| has_poses(&entry, "displace", robots, groups));
+            let by =
+                section.required("by").and_then(|entry| entry.numbers(TWO_NUMBERS, -1e6..=1e6));
+            WorldChange::Displace { robots: robots?, by: by? }
+        }
+        "relabel" => relabel(&entry, robot_index, groups)?,
         "light" => WorldChange::Light(lights(&entry, world)?),
         "loss" => loss(section, &entry, used)?,
         "block" => {
@@ -302,6 +324,31 @@ fn float(number: f64) -> ScriptNumber {
     ScriptNumber::Float(number as f32)
 }
 
+/// A displacement in messages.
+const TWO_NUMBERS: &str = "two numbers as [x, y]";
+
+/// Returns true if all robots of a selection get poses from outside; else fails at the entry.
+fn has_poses(entry: &Entry<'_>, key: &'static str, robots: &Selection, groups: &[Group]) -> bool {
+    let of_robots = groups_of(groups, robots).into_iter().map(|id| &groups[id.0]);
+    let without = of_robots.into_iter().find(|group| !group.model.has_outside_poses());
+    if let Some(group) = without {
+        entry.fail(ScenarioCause::NoPoses { key, group: group.name.clone() });
+    }
+    without.is_none()
+}
+
+fn relabel(entry: &Entry<'_>, robot_index: &RobotIndex, groups: &[Group]) -> Option<WorldChange> {
+    let [one, other] = pair(entry, robot_index)?;
+    let group_of = |robots: &Selection| groups_of(groups, robots);
+    let is_pair =
+        one.count() == 1 && other.count() == 1 && one.iter().next() != other.iter().next();
+    if !is_pair || group_of(&one) != group_of(&other) {
+        entry.fail(ScenarioCause::NotTwoOfAGroup);
+        return None;
+    }
+    has_poses(entry, "relabel", &one, groups).then_some(WorldChange::Relabel(one, other))
+}
+
 fn moved(
     section: &Section<'_>,
     robots: Option<Selection>,
@@ -311,7 +358,7 @@ fn moved(
     let (key, entry) = section.one_of(&["to", "by"])?;
     let target = match key {
         "to" => MoveTarget::To(point_inside(&entry, world)?),
-        _ => MoveTarget::By(entry.numbers("two numbers as [x, y]", -1e6..=1e6)?),
+        _ => MoveTarget::By(entry.numbers(TWO_NUMBERS, -1e6..=1e6)?),
     };
     let heading = match heading {
         None => None,

@@ -268,7 +268,11 @@ radius: number,
 /**
  * The slots of a machine.
  */
-slots: number | null, };
+slots: number | null, 
+/**
+ * The mean velocity of the wind that the robots feel, along x and y in mm/s.
+ */
+wind: [number, number] | null, };
 
 export type HandlerDescription = { trigger: TriggerDescription, function: ValueDescription, };
 

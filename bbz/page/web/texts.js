@@ -41,6 +41,7 @@ export const texts = {
     canvas: "The world, seen from above. Keys: question mark",
     hint: "Click a robot to look into it. Drag robots, lamps or the ground; zoom with the wheel.",
     hintWatched: "Robots that report. Where they are is not known.", noMore: "The trace has ended.", seconds: (/** @type {number} */ seconds) => `${seconds.toFixed(1)} s`,
+    wind: (/** @type {string} */ speed) => `wind ${speed} mm/s`,
     display: "how the world is shown", color: "Color by", byState: "state", messages: "Messages", trails: "Trails",
     stopOnError: "Stop on error", stopOnErrorHelp: "The run pauses when a script has an error, and the editor shows its place",
     tilt: "3-D", tiltHelp: "Seen from a side. Turn it with the right mouse button, or Ctrl + arrows",

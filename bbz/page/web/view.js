@@ -1,11 +1,12 @@
 // The view of the world.
 
 import { Camera } from "./camera.js";
-import { part } from "./element.js";
+import { inside, part } from "./element.js";
 import { Obstacles } from "./obstacles.js";
 import { drawPaint, groundColor } from "./paint.js";
 import { Robots } from "./recording.js";
 import { Scene, SHAPES } from "./scene.js";
+import { texts } from "./texts.js";
 import { Trails } from "./trails.js";
 
 // Places of the chosen robot that are kept.
@@ -395,6 +396,7 @@ export class View {
         this.show("bar-text", `${step} mm`, (place, text) => {
             place.textContent = text;
         });
+        this.showWind();
         let shown = "";
         if (this.chosen !== null) {
             const [right, up] = this.camera.project(...this.spaceOf(this.chosen));
@@ -409,6 +411,19 @@ export class View {
             name.textContent = id;
             name.style.left = `${left}px`;
             name.style.top = `${top}px`;
+        });
+    }
+
+    // The arrow points to where the wind blows on the screen.
+    showWind() {
+        const [x = 0, y = 0] = this.world?.groups.find(({ wind }) => wind)?.wind ?? [];
+        const [right, up] = this.camera.project(x, y, 0).map((end, axis) => end - this.camera.project(0, 0, 0)[axis]);
+        const degrees = Math.round((Math.atan2(up, right) * 180) / Math.PI);
+        this.show("wind", x === 0 && y === 0 ? "" : `${Math.round(Math.hypot(x, y))} ${degrees}`, (wind, shown) => {
+            wind.hidden = shown === "";
+            const [speed = "", turn = "0"] = shown.split(" ");
+            inside(wind, "i").style.transform = `rotate(${-Number(turn)}deg)`;
+            inside(wind, "span").textContent = texts.wind(speed);
         });
     }
 

@@ -23,12 +23,14 @@ extern crate std;
 mod drone;
 
 use bittybuzz_bench::{Mark, Meter};
-use bittybuzz_flight::avoidance::{Avoidance, AvoidanceSettings, PeerReport};
+use bittybuzz_flight::avoidance::{
+    Avoidance, AvoidanceSettings, OBSTACLES_MAX, Obstacle, PeerReport,
+};
 use bittybuzz_flight::pilot::{
     PEERS, Pilot, PilotAnswer, PilotFunction, PilotMoment, PilotSettings,
 };
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
-use bittybuzz_flight::{MotorDuties, Vec3};
+use bittybuzz_flight::{MotorDuties, Vec2, Vec3};
 
 use drone::SimpleDrone;
 
@@ -59,6 +61,17 @@ const BATTERY_V: f32 = 3.8;
 const TAKE_OFF_MM: f32 = 400.0;
 /// Distance in m of the other robots from the start, horizontally.
 const RING_M: f32 = 1.1;
+/// Places in m of columns around the flight.
+const COLUMNS_M: [[f32; 2]; OBSTACLES_MAX] = [
+    [2.0, 0.0],
+    [2.0, 2.0],
+    [0.0, 2.0],
+    [-2.0, 2.0],
+    [-2.0, 0.0],
+    [-2.0, -2.0],
+    [0.0, -2.0],
+    [2.0, -2.0],
+];
 
 /// The sensors of position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +129,11 @@ pub struct BenchFlight {
     top_m: f32,
 }
 
+/// Returns as many columns as count for the avoidance, around the flight.
+fn columns() -> impl Iterator<Item = Obstacle> {
+    COLUMNS_M.into_iter().map(|place| Obstacle::round(Vec2::from(place), 0.1, 2.0))
+}
+
 impl BenchFlight {
     /// Creates a flight of a robot that stands still.
     #[must_use]
@@ -126,6 +144,7 @@ impl BenchFlight {
         let mut pilot = Pilot::new(PilotSettings::CRAZYFLIE);
         pilot.permit(0);
         pilot.set_avoidance(Avoidance::new(0, AvoidanceSettings::CRAZYFLIE));
+        pilot.set_obstacles(columns());
         BenchFlight {
             stack: FlightStack::new(settings, &drone.state()),
             pilot,

@@ -11,13 +11,14 @@
 //! * The estimate starts at the true pose, as a robot does that is put on a known place.
 
 use bittybuzz_arena::engine::{Body, BodySurroundings, Pose, Stream, wrap};
+use bittybuzz_arena::robot::PoseError;
 use bittybuzz_crazyflie_physics::sensors::{
     FloorSurface, FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuSettings,
     MotionCapture, MotionCaptureSettings,
 };
 use bittybuzz_crazyflie_physics::{
-    Airframe, DVec3, Drone, DroneState, DroneSurroundings, PowerSource, STEP_S, Wind, WindSettings,
-    downwash_n,
+    Airframe, DQuat, DVec3, Drone, DroneState, DroneSurroundings, PowerSource, STEP_S, Wind,
+    WindSettings, downwash_n,
 };
 use bittybuzz_flight::ekf::{FlowMeasurement, FlowSurface, PoseMeasurement};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
@@ -34,6 +35,19 @@ pub struct FlightControls {
     pub battery_setting_mv: Option<u16>,
     /// Voltage of the battery in mV.
     pub battery_mv: u16,
+    /// The errors of poses from outside that events of the scenario have caused.
+    pub pose_error: PoseError,
+}
+
+/// The robot that the source of poses takes for this one.
+#[derive(Clone, Copy, Debug)]
+enum SeenRobot {
+    /// Itself.
+    Own,
+    /// Another robot, with its state at the begin of the substep.
+    Other(DroneState),
+    /// A robot that the source does not see.
+    None,
 }
 
 /// A source of position and attitude in the room.
@@ -68,6 +82,7 @@ pub struct FlyingBody {
     wind: Option<Wind>,
     /// The floor below the robot and the force of downwash, for this tick.
     around: DroneSurroundings,
+    seen: SeenRobot,
     imu: Imu,
     position: PositionSource,
     settings: StackSettings,
@@ -120,12 +135,26 @@ impl PositionSource {
         }
     }
 
-    /// Follows one step of the physics above a floor of this height, and passes measurements on.
-    fn step(&mut self, state: &DroneState, floor_m: f64, stack: &mut FlightStack) {
+    /// Displaces all further poses by this way in mm.
+    fn displace(&mut self, [x, y]: [f32; 2]) {
+        if let PositionSource::Outside { source, .. } = self {
+            source.set_jump_m(DVec3::new(x.into(), y.into(), 0.0) / 1000.0);
+        }
+    }
+
+    /// Follows one step of the physics above a floor of this height, and passes measurements on. A source
+    /// outside of the robot measures the state that it sees.
+    fn step(
+        &mut self,
+        state: &DroneState,
+        seen: Option<DroneState>,
+        floor_m: f64,
+        stack: &mut FlightStack,
+    ) {
         match self {
             PositionSource::Outside { source, sigma_m, sigma_rad, latency } => {
                 source.set_latency_steps(latency.at(state.steps));
-                if let Some(pose) = source.sample(state) {
+                if let Some(pose) = seen.and_then(|seen| source.sample(&seen)) {
                     stack.receive_pose(&PoseMeasurement {
                         position_m: pose.position_m.as_vec3(),
                         attitude: pose.attitude.as_quat(),
@@ -152,6 +181,26 @@ impl PositionSource {
                 if let Some(HeightReading::Distance(mm)) = height.sample(state, floor_m) {
                     stack.receive_range(f32::from(mm) / 1000.0);
                 }
+            }
+        }
+    }
+}
+
+impl SeenRobot {
+    /// Returns the state that the source of poses sees in a step of a substep that began at another one.
+    fn at(&self, own: &DroneState, begin: u64) -> Option<DroneState> {
+        match self {
+            SeenRobot::Own => Some(*own),
+            SeenRobot::None => None,
+            SeenRobot::Other(other) => {
+                let seconds = (own.steps - begin) as f64 * STEP_S;
+                let turn = DQuat::from_scaled_axis(other.rate_rad_s * seconds);
+                Some(DroneState {
+                    steps: own.steps,
+                    position_m: other.position_m + other.velocity_m_s * seconds,
+                    attitude: (other.attitude * turn).normalize(),
+                    ..*other
+                })
             }
         }
     }
@@ -271,13 +320,19 @@ impl Body for FlyingBody {
         let settings =
             StackSettings { limits: model.pilot().limits, ..StackSettings::CRAZYFLIE_2_1_PLUS };
         let stack = Box::new(FlightStack::new(settings, &standing(&drone)));
-        let controls = FlightControls { stack, battery_setting_mv: None, battery_mv: 0 };
+        let controls = FlightControls {
+            stack,
+            battery_setting_mv: None,
+            battery_mv: 0,
+            pose_error: PoseError::default(),
+        };
         let mut body = FlyingBody {
             controls,
             imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
             position: PositionSource::new(model.positioning, &model.surroundings, seed),
             wind: wind(&model.surroundings, seed),
             around: DroneSurroundings::default(),
+            seen: SeenRobot::Own,
             settings,
             duties: MotorDuties::default(),
             pose: *pose,
@@ -315,6 +370,19 @@ impl Body for FlyingBody {
         self.power_on();
     }
 
+    fn exchange(bodies: &mut [Self]) {
+        for index in 0..bodies.len() {
+            let Some(offset) = bodies[index].controls.pose_error.seen_as else {
+                bodies[index].seen = SeenRobot::Own;
+                continue;
+            };
+            let other =
+                index.checked_add_signed(offset as isize).and_then(|other| bodies.get(other));
+            bodies[index].seen =
+                other.map_or(SeenRobot::None, |other| SeenRobot::Other(*other.drone.state()));
+        }
+    }
+
     fn surround(&mut self, surroundings: BodySurroundings) {
         let radius_m = self.drone.airframe().propeller_radius_m;
         let pushes_n = surroundings.above_mm.iter().map(|[x, y, z]| {
@@ -333,7 +401,9 @@ impl Body for FlyingBody {
             self.adopt_world_pose(pose, step.radius_m);
         }
         self.set_battery();
+        self.position.displace(self.controls.pose_error.displaced_mm);
         self.behind_s += step.seconds;
+        let begin = self.drone.state().steps;
         while self.behind_s >= STEP_S / 2.0 {
             self.behind_s -= STEP_S;
             let duties = self.duties.0.map(f64::from);
@@ -342,7 +412,8 @@ impl Body for FlyingBody {
             }
             self.drone.step(duties, &self.around);
             let state = *self.drone.state();
-            self.position.step(&state, self.around.ground_m, &mut self.controls.stack);
+            let seen = self.seen.at(&state, begin);
+            self.position.step(&state, seen, self.around.ground_m, &mut self.controls.stack);
             if let Some(counts) = self.imu.sample(&state) {
                 let sample = ImuSample {
                     gyro_rad_s: counts.gyro_rad_s().as_vec3(),

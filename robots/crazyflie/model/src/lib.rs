@@ -112,6 +112,17 @@ impl RobotModel for CrazyflieModel {
         functions::effect(function)
     }
 
+    fn wind_mm_s(&self) -> Option<[f32; 2]> {
+        let FlightSurroundings { wind, wind_direction, .. } = self.surroundings;
+        let (sine, cosine) = libm::sincosf(wind_direction);
+        (wind > 0.0).then(|| [wind * cosine, wind * sine])
+    }
+
+    fn has_outside_poses(&self) -> bool {
+        let is_outside = matches!(self.positioning, Positioning::Absolute { .. });
+        self.fidelity == Fidelity::Flight && is_outside
+    }
+
     fn autopilot(&self) -> Option<Box<dyn Autopilot>> {
         Some(Box::new(pilot::CrazyflieAutopilot::new(self)))
     }

@@ -7,7 +7,7 @@
 use std::any::Any;
 
 use bittybuzz_arena::engine::{self, Io, Pose, Sensors, TICK_S, TICK_US};
-use bittybuzz_arena::robot::{Autopilot, Done, Piece, RobotCall};
+use bittybuzz_arena::robot::{Autopilot, Done, Piece, PoseError, RobotCall};
 use bittybuzz_flight::avoidance::{Avoidance, AvoidanceSettings, Obstacle, PeerReport};
 use bittybuzz_flight::pilot::{
     Aircraft, BodyVelocity, Pilot, PilotAnswer, PilotFunction, PilotMoment, PilotRefusal,
@@ -49,6 +49,8 @@ pub struct CrazyflieAutopilot {
     measured_mv: Option<u16>,
     /// Time in ms at which the stopwatch was started.
     started_ms: Option<u64>,
+    /// The errors of poses from outside.
+    pose_error: PoseError,
 }
 
 /// Returns the collision avoidance of robots with these parameters: they keep twice
@@ -81,6 +83,7 @@ impl CrazyflieAutopilot {
             flown_ms: 0,
             measured_mv: None,
             started_ms: None,
+            pose_error: PoseError::default(),
         }
     }
 
@@ -303,6 +306,7 @@ impl Autopilot for CrazyflieAutopilot {
     fn tick(&mut self, io: &mut Io<'_>, battery_mv: Option<u16>) {
         if let Some(controls) = io.controls::<FlightControls>() {
             controls.battery_setting_mv = battery_mv;
+            controls.pose_error = self.pose_error;
         }
         self.measure_battery(io);
         // A planned aircraft without avoidance has no use for them.
@@ -318,6 +322,10 @@ impl Autopilot for CrazyflieAutopilot {
 
     fn battery_mv(&self, _: u64) -> Option<u16> {
         Some(CrazyflieAutopilot::battery_mv(self))
+    }
+
+    fn set_pose_error(&mut self, error: PoseError) {
+        self.pose_error = error;
     }
 
     fn give_up(&mut self, _: &mut Io<'_>) {
