@@ -98,8 +98,12 @@ def test_the_wind_is_shown_where_it_blows(page):
     expect(page.locator("#wind")).to_be_hidden()
     choose(page, "examples/swarm/wind.toml")
     expect(page.locator("#wind")).to_have_text(re.compile("wind 1500 mm/s"))
-    # 60 degrees counterclockwise from x, and as the camera turns.
+    # 60 degrees counterclockwise from x.
     expect(page.locator("#wind i")).to_have_attribute("style", "transform: rotate(-60deg);")
+    # Once robots have flown, the world can be seen from a side.
+    page.locator("#rate").select_option("100")
+    page.locator("#play").click()
+    expect(page.locator("#clock")).to_have_text("40.0 s of 40.0 s")
     page.check("#tilted")
     expect(page.locator("#wind i")).not_to_have_attribute("style", "transform: rotate(-60deg);")
 
