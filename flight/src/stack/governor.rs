@@ -34,6 +34,9 @@ const BRAKE_1_S: f32 = 4.5;
 /// Speed per distance outside the fence in 1/s, and largest speed in m/s, of a robot that comes back.
 const BACK_1_S: f32 = 1.0;
 const BACK_M_S: f32 = 0.5;
+/// Height in m by which a robot that leans by 45 degrees stays higher above the least height: the rim of a
+/// propeller is 7 cm from its middle, and a robot that swings sinks by some centimeters.
+const LEAN_M: f32 = 0.1;
 /// Largest tilt of a command in radians.
 const TILT_RAD_MAX: f32 = 0.5;
 /// Change of the vertical speed of a command in m/s².
@@ -75,7 +78,11 @@ impl Governor {
         let dt_s = self.dt_s;
         let place_m = self.fence.clamp(wanted.position_m);
         let gap_m = place_m - before.position_m;
-        let [least_m_s, most_m_s] = self.speeds(before.position_m, before.velocity_m_s);
+        let [least_m_s, most_m_s] = self.speeds(
+            before.position_m,
+            before.velocity_m_s,
+            before.acceleration_m_s2.truncate(),
+        );
         // Far away, the speed from which the robot stops at the place.
         let distance_m = gap_m.length();
         let stopping_m_s = libm::sqrtf(2.0 * STOP_M_S2 * distance_m);
@@ -156,7 +163,9 @@ impl Governor {
         let (sine, cosine) = libm::sincosf(yaw_rad);
         let mut acceleration_m_s2 = Vec2::new(cosine, sine).rotate(tilts * GRAVITY_M_S2);
         if has_position {
-            let [least_m_s, most_m_s] = self.speeds(state.position_m, state.velocity_m_s);
+            let lean_m_s2 = before.acceleration_m_s2;
+            let [least_m_s, most_m_s] =
+                self.speeds(state.position_m, state.velocity_m_s, lean_m_s2);
             climb_m_s = climb_m_s.max(least_m_s.z).min(most_m_s.z);
             let velocity_m_s = state.velocity_m_s.truncate();
             acceleration_m_s2 = acceleration_m_s2
@@ -190,8 +199,8 @@ impl Governor {
     }
 
     /// Returns the least and the largest velocity along each axis from which the robot stops in the
-    /// fence.
-    fn speeds(&self, position_m: Vec3, velocity_m_s: Vec3) -> [Vec3; 2] {
+    /// fence. A robot that leans for a horizontal acceleration stays higher.
+    fn speeds(&self, position_m: Vec3, velocity_m_s: Vec3, lean_m_s2: Vec2) -> [Vec3; 2] {
         let position_m = position_m + velocity_m_s * REACTION_S;
         let speed_m_s = self.limits.speed_m_s;
         let limits_m_s = Vec3::new(speed_m_s, speed_m_s, self.limits.climb_m_s);
@@ -203,7 +212,8 @@ impl Governor {
         let speeds = |room_m: Vec3| {
             Vec3::new(speed(room_m.x), speed(room_m.y), speed(room_m.z)).min(limits_m_s)
         };
-        let least_m_s = -speeds(position_m - self.fence.least_m());
+        let lean_m = LEAN_M * (lean_m_s2.length() / GRAVITY_M_S2).min(1.0);
+        let least_m_s = -speeds(position_m - self.fence.least_m() - Vec3::Z * lean_m);
         [least_m_s, speeds(self.fence.most_m() - position_m)]
     }
 }
