@@ -92,7 +92,7 @@ pub trait BodyBlock: Debug + Send + Sync {
     /// Changes the length of a substep, in seconds.
     fn set_substep(&mut self, seconds: f32);
 
-    /// Tells a robot what is around it, once in a tick.
+    /// Gives a robot its surroundings, once in a tick.
     fn surround(&mut self, index: usize, surroundings: BodySurroundings);
 
     /// Moves all robots for one substep.
@@ -188,7 +188,7 @@ pub trait Body: Clone + Debug + Send + Sync + 'static {
         let _ = bodies;
     }
 
-    /// Takes what is around the body, see [`BodyModel::feels_within_mm`].
+    /// Takes the surroundings of the body, see [`BodyModel::feels_within_mm`].
     fn surround(&mut self, surroundings: BodySurroundings) {
         let _ = surroundings;
     }

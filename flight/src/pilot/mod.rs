@@ -149,7 +149,7 @@ impl Pilot {
         self.avoidance = avoidance;
     }
 
-    /// Tells the collision avoidance, if there is one, the obstacles around the robot; see
+    /// Gives the collision avoidance, if there is one, the obstacles around the robot; see
     /// [`Avoidance::set_obstacles`].
     pub fn set_obstacles(&mut self, obstacles: impl IntoIterator<Item = Obstacle>) {
         if let Some(avoidance) = &mut self.avoidance {

@@ -213,8 +213,8 @@ impl FirmwareBuild {
         Ok(self.image_in(&target_of(self.folder)))
     }
 
-    /// Returns cargo's arguments that build the robot's program alone. A Kilobot that tells a computer what
-    /// it hears has no script, and is built with the board's own image.
+    /// Returns cargo's arguments that build the robot's program alone. The program of a Kilobot that
+    /// reports what it hears has no script, and is built with the board's own image.
     pub fn alone(&self) -> [&'static str; 2] {
         ["--bin", self.program.trim_end_matches(".elf")]
     }

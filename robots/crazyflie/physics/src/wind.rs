@@ -35,9 +35,9 @@ pub struct Wind {
     noise: NoiseStream,
     /// Direction of the mean wind over the ground; x without one.
     along: DVec2,
-    /// Along the wind, across it and upwards: noise behind one lag of τ, with deviation 1.
+    /// Noise after one lag of τ, with deviation 1: along the wind, across it and upwards.
     first: DVec3,
-    /// The same behind a second lag of τ.
+    /// The same after a second lag of τ.
     second: DVec3,
 }
 
