@@ -7,7 +7,7 @@
 mod battery;
 mod lag;
 
-pub use battery::{BatteryCompensation, steady_thrust_n, voltage_v};
+pub use battery::{BatteryCompensation, steady_thrust_n};
 pub use lag::LagCompensation;
 
 use crate::{MotorDuties, MotorForces, Vehicle};

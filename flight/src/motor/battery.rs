@@ -22,18 +22,22 @@ pub fn steady_thrust_n(vehicle: &Vehicle, voltage_v: f32) -> f32 {
 /// A thrust of zero or less, or one that is not finite, needs no voltage. The polynomial must grow
 /// with the voltage, as it does for the vehicles of this crate.
 ///
-/// Newton's method starts at the inflection point, where the slope of a growing cubic is least. The
-/// first step therefore goes past the root or hits it, to the side where the cubic bends away from
-/// the axis, and from there the method approaches the root monotonically (Fourier's condition).
-pub fn voltage_v(vehicle: &Vehicle, thrust_n: f32) -> f32 {
+/// Newton's method starts at `near_v`, but not beyond the inflection point of the cubic as seen from
+/// the root. The first step therefore goes past the root or hits it, to the side where the cubic bends
+/// away from the axis, and from there the method approaches the root monotonically (Fourier's
+/// condition). Near the root, two or three steps are enough.
+fn voltage_v(vehicle: &Vehicle, thrust_n: f32, near_v: f32) -> f32 {
     if !(thrust_n.is_finite() && thrust_n > 0.0) {
         return 0.0;
     }
     let [c0, c1, c2, c3] = vehicle.thrust_n_v;
+    let excess_n = |voltage: f32| c0 + voltage * (c1 + voltage * (c2 + voltage * c3)) - thrust_n;
     let inflection = -c2 / (3.0 * c3);
-    let mut voltage = if inflection.is_finite() { inflection.max(0.0) } else { 0.0 };
+    let inflection = if inflection.is_finite() { inflection.max(0.0) } else { 0.0 };
+    let is_above = excess_n(inflection) < 0.0;
+    let mut voltage = if is_above { near_v.max(inflection) } else { near_v.min(inflection) };
     for _ in 0..ITERATIONS_MAX {
-        let value = c0 + voltage * (c1 + voltage * (c2 + voltage * c3)) - thrust_n;
+        let value = excess_n(voltage);
         let slope = c1 + voltage * (2.0 * c2 + voltage * 3.0 * c3);
         if slope <= 0.0 {
             break;
@@ -53,6 +57,8 @@ pub fn voltage_v(vehicle: &Vehicle, thrust_n: f32) -> f32 {
 pub struct BatteryCompensation {
     vehicle: Vehicle,
     battery_v: Option<f32>,
+    /// Last voltage of each motor, next to which the next one is searched.
+    voltages_v: [f32; 4],
 }
 
 impl BatteryCompensation {
@@ -64,7 +70,7 @@ impl BatteryCompensation {
 
     /// Creates a compensation without a measurement; duties are zero until the first one.
     pub const fn new(vehicle: &Vehicle) -> Self {
-        BatteryCompensation { vehicle: *vehicle, battery_v: None }
+        BatteryCompensation { vehicle: *vehicle, battery_v: None, voltages_v: [0.0; 4] }
     }
 
     /// Takes a measurement in V; `dt_s` is the time since the last one.
@@ -106,18 +112,20 @@ impl BatteryCompensation {
     /// Returns the duties that give the forces, 0 to 1.
     ///
     /// A force below the least thrust of a turning motor gives 0, as does a battery below 2 V.
-    pub fn duties(&self, forces: &MotorForces) -> MotorDuties {
+    pub fn duties(&mut self, forces: &MotorForces) -> MotorDuties {
         let battery_v = self.battery_v();
         if battery_v < BATTERY_V_MIN {
             return MotorDuties::default();
         }
-        MotorDuties(forces.0.map(|force| {
+        let mut duties = MotorDuties::default();
+        let motors = duties.0.iter_mut().zip(&mut self.voltages_v).zip(forces.0);
+        for ((duty, voltage), force) in motors {
             if force >= self.vehicle.least_thrust_n {
-                (voltage_v(&self.vehicle, force) / battery_v).min(1.0)
-            } else {
-                0.0
+                *voltage = voltage_v(&self.vehicle, force, *voltage);
+                *duty = (*voltage / battery_v).min(1.0);
             }
-        }))
+        }
+        duties
     }
 }
 
@@ -156,10 +164,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn inverse_agrees_with_bisection(share in 0.0_f32..1.0) {
+        fn inverse_agrees_with_bisection(share in 0.0_f32..1.0, near in 0.0_f32..20.0) {
             for vehicle in VEHICLES {
                 let thrust = vehicle.least_thrust_n + share * vehicle.most_thrust_n * 2.0;
-                let voltage = voltage_v(&vehicle, thrust);
+                let voltage = voltage_v(&vehicle, thrust, near);
                 let expected = voltage_by_bisection(&vehicle, thrust);
                 prop_assert!((f64::from(voltage) - expected).abs() < 3e-6 * expected);
                 prop_assert!((steady_thrust_n(&vehicle, voltage) - thrust).abs() < 1e-6);

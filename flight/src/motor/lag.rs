@@ -20,6 +20,16 @@ pub struct LagCompensation {
     least_thrust_n: f32,
     most_thrust_n: f32,
     thrust_n: [f32; 4],
+    approach: Approach,
+}
+
+/// The shares of a difference that a rotor covers in a step, up and down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Approach {
+    /// The step in seconds, for which both were computed.
+    dt_s: f32,
+    up: f32,
+    down: f32,
 }
 
 impl LagCompensation {
@@ -37,6 +47,7 @@ impl LagCompensation {
             least_thrust_n: vehicle.least_thrust_n,
             most_thrust_n: vehicle.most_thrust_n,
             thrust_n: [0.0; 4],
+            approach: Approach { dt_s: 0.0, up: 0.0, down: 0.0 },
         }
     }
 
@@ -56,6 +67,12 @@ impl LagCompensation {
         let most = self.most_thrust_n.min(available_n.max(0.0));
         let least = self.least_thrust_n.min(most);
         let dt_s = if dt_s.is_finite() { dt_s.clamp(0.0, STEP_S_MAX) } else { 0.0 };
+        // The exponentials of the next steps are those of this one, as long as steps are equal.
+        if dt_s != self.approach.dt_s {
+            let share = |lag_s: f32| 1.0 - libm::expf(-dt_s / lag_s);
+            let (up, down) = (share(self.spin_up_s), share(self.spin_down_s));
+            self.approach = Approach { dt_s, up, down };
+        }
         let mut command = [0.0; 4];
         for ((command, thrust), desired) in
             command.iter_mut().zip(self.thrust_n.iter_mut()).zip(desired)
@@ -67,8 +84,8 @@ impl LagCompensation {
             if !is_stopped {
                 *command = (*thrust + difference * lead).max(least).min(most);
             }
-            let lag_s = if *command > *thrust { self.spin_up_s } else { self.spin_down_s };
-            *thrust += (*command - *thrust) * (1.0 - libm::expf(-dt_s / lag_s));
+            let share = if *command > *thrust { self.approach.up } else { self.approach.down };
+            *thrust += (*command - *thrust) * share;
         }
         MotorForces(command)
     }

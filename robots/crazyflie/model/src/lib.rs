@@ -115,7 +115,7 @@ impl RobotModel for CrazyflieModel {
     fn wind_mm_s(&self) -> Option<[f32; 2]> {
         let FlightSurroundings { wind, wind_direction, .. } = self.surroundings;
         let (sine, cosine) = libm::sincosf(wind_direction);
-        (wind > 0.0).then(|| [wind * cosine, wind * sine])
+        (wind > 0.0).then_some([wind * cosine, wind * sine])
     }
 
     fn has_outside_poses(&self) -> bool {

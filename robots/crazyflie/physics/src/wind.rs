@@ -32,6 +32,8 @@ pub struct WindSettings {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wind {
     settings: WindSettings,
+    /// The share of a lag's state that a step keeps.
+    kept: f64,
     noise: NoiseStream,
     /// Direction of the mean wind over the ground; x without one.
     along: DVec2,
@@ -53,13 +55,13 @@ impl Wind {
         let first = noise.normal_vector();
         // Of stationary lags, the second has half of the variance, and a covariance of a half.
         let second = (first + noise.normal_vector()) / 2.0;
-        Wind { settings, noise, along, first, second }
+        let kept = libm::exp(-STEP_S / settings.gust_s);
+        Wind { settings, kept, noise, along, first, second }
     }
 
     /// Advances by half a millisecond and returns the velocity of the air in m/s.
     pub fn step(&mut self) -> DVec3 {
-        let settings = &self.settings;
-        let kept = libm::exp(-STEP_S / settings.gust_s);
+        let (settings, kept) = (&self.settings, self.kept);
         self.second = self.second * kept + self.first * (1.0 - kept);
         let fresh = (1.0 - kept * kept).sqrt();
         self.first = self.first * kept + self.noise.normal_vector() * fresh;
