@@ -386,7 +386,7 @@ impl Body for FlyingBody {
     fn surround(&mut self, surroundings: BodySurroundings) {
         let radius_m = self.drone.airframe().propeller_radius_m;
         let pushes_n = surroundings.above_mm.iter().map(|[x, y, z]| {
-            let aside_m = f64::from(x.hypot(*y)) / 1000.0;
+            let aside_m = f64::from(libm::hypotf(*x, *y)) / 1000.0;
             downwash_n(f64::from(*z) / 1000.0, aside_m, radius_m)
         });
         self.around = DroneSurroundings {
