@@ -189,10 +189,13 @@ fn displaced_poses_are_followed_or_end_the_flight() {
 #[test]
 fn events_about_poses_need_poses() {
     let refused = |event: &str, model: &str| {
+        let robots = "positions = [[0, 0], [900, 0]]";
+        let many = "count = 300\nplacement = \"grid\"\nspacing = 300";
+        let robots = if event.contains("299") { many } else { robots };
         let folder = folder("no-poses", &[("script.bzz", "function step() { }")]);
         let text = format!(
-            "[world]\nsize = [4000, 4000]\nduration = 2\n[[event]]\nat = 1\n{event}\n[[robots]]\n\
-             robot = \"crazyflie\"\nscript = \"script.bzz\"\npositions = [[0, 0], [900, 0]]\n{model}\n"
+            "[world]\nsize = [9000, 9000]\nduration = 2\n[[event]]\nat = 1\n{event}\n[[robots]]\n\
+             robot = \"crazyflie\"\nscript = \"script.bzz\"\n{robots}\n{model}\n"
         );
         let models = bittybuzz_robot_models::all();
         let errors = Scenario::parse(&text, "test.toml", &folder, &[], &models).unwrap_err();
@@ -207,6 +210,8 @@ fn events_about_poses_need_poses() {
         ("displace = 0", capture, "by"),
         ("relabel = [0, 0]", capture, "two robots of one group"),
         ("relabel = [\"0..1\", 1]", capture, "two robots of one group"),
+        ("relabel = [0, 299]", capture, "present from the start"),
+        ("relabel = [0, 1]", &format!("{capture}\npresent = false"), "present from the start"),
         ("fail = 0\nby = [1, 0]", capture, "`by`"),
     ] {
         let report = refused(event, model);

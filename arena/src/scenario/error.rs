@@ -284,9 +284,9 @@ impl fmt::Display for ScenarioCause {
                     "`{key}` is about poses from outside, which the robots of `{group}` do not get"
                 )
             }
-            ScenarioCause::NotTwoOfAGroup => {
-                f.write_str("`relabel` exchanges two robots of one group")
-            }
+            ScenarioCause::NotTwoOfAGroup => f.write_str(
+                "`relabel` exchanges two robots of one group that are present from the start",
+            ),
             ScenarioCause::Unseen { quantity } => {
                 write!(f, "`{quantity}` cannot be seen of robots that run firmware")
             }
@@ -452,7 +452,9 @@ impl toml_reader::Cause for ScenarioCause {
                 "fidelity = \"flight\" with positioning = \"capture\", \"lighthouse\" or \"loco\" has them"
                     .to_owned(),
             ),
-            ScenarioCause::NotTwoOfAGroup => Some("say relabel = [ID, ID]".to_owned()),
+            ScenarioCause::NotTwoOfAGroup => Some(
+                "say relabel = [ID, ID]; of a group of more than 256 robots, two of the same 256".to_owned(),
+            ),
             ScenarioCause::Unseen { .. } => Some(
                 "place, heading, LED and whether the script runs can; or let the script show it with `led`"
                     .to_owned(),

@@ -19,7 +19,7 @@ use super::select::{RobotIndex, Selection};
 use super::time::seconds;
 use super::world::{WorldSection, light, point_inside};
 use super::{LampSection, LossSetting};
-use crate::engine::Medium;
+use crate::engine::{BLOCK_ROBOTS_MAX, Medium};
 
 /// A change to the world at a time.
 #[derive(Debug, Clone, PartialEq)]
@@ -339,14 +339,27 @@ fn has_poses(entry: &Entry<'_>, key: &'static str, robots: &Selection, groups: &
 
 fn relabel(entry: &Entry<'_>, robot_index: &RobotIndex, groups: &[Group]) -> Option<WorldChange> {
     let [one, other] = pair(entry, robot_index)?;
-    let group_of = |robots: &Selection| groups_of(groups, robots);
-    let is_pair =
-        one.count() == 1 && other.count() == 1 && one.iter().next() != other.iter().next();
-    if !is_pair || group_of(&one) != group_of(&other) {
+    if !is_pair_of_a_block(&one, &other, groups) {
         entry.fail(ScenarioCause::NotTwoOfAGroup);
         return None;
     }
     has_poses(entry, "relabel", &one, groups).then_some(WorldChange::Relabel(one, other))
+}
+
+/// Returns true for two robots whose bodies see each other: those of one group that start together, in
+/// blocks of the engine.
+fn is_pair_of_a_block(one: &Selection, other: &Selection, groups: &[Group]) -> bool {
+    let (of_one, of_other) = (groups_of(groups, one), groups_of(groups, other));
+    let ([group], true) = (of_one.as_slice(), of_one == of_other) else { return false };
+    let before: u32 = groups[..group.0].iter().map(|group| group.count).sum();
+    let block = |robots: &Selection| {
+        let number = robots.iter().next().filter(|_| robots.count() == 1)?;
+        Some((number, (number - before as usize) / BLOCK_ROBOTS_MAX))
+    };
+    let (Some((one, first)), Some((other, second))) = (block(one), block(other)) else {
+        return false;
+    };
+    groups[group.0].present && one != other && first == second
 }
 
 fn moved(

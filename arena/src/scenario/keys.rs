@@ -239,7 +239,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "by" "[x, y]" "" "move: displacement of each robot, in mm; displace: that of their poses",
             "heading" "degrees" "unchanged" "move: new heading",
             "displace" "robots" "" "poses from outside of these robots are displaced `by` that much from now on",
-            "relabel" "[robot, robot]" "" "the cameras take each of these two robots of one group for the other; a second time ends it",
+            "relabel" "[robot, robot]" "" "the cameras take each of these two robots of one group, present from the start, for the other; a second time ends it",
             "battery" "robots" "" "the batteries of these robots have a constant voltage from now on",
             "volts" "0 to 5" "" "battery: the voltage in V",
             "light" "light or list" "" "these lights replace all earlier lights",

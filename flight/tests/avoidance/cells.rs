@@ -216,6 +216,12 @@ fn walls_limit_the_velocity_and_push_back() {
     assert!(command(Vec3::new(0.0, 0.0, 0.1), down).distance(Vec3::new(0.1, 0.0, 0.2)) < 1e-5);
 }
 
+/// The documents state this size.
+#[test]
+fn an_avoidance_of_ten_robots_has_740_bytes() {
+    assert_eq!(size_of::<Avoidance<10>>(), 740);
+}
+
 #[test]
 fn wrong_input_is_refused() {
     let mut avoidance = Avoidance::<10>::new(3, SETTINGS).unwrap();
