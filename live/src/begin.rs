@@ -1,6 +1,7 @@
 //! The description of the world, which a client needs before the first sample.
 
 use bittybuzz_arena::engine::Medium;
+use bittybuzz_arena::robot::SurroundingsKey;
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{
     Group, MovableSection, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape,
@@ -10,6 +11,7 @@ use crate::conditions;
 use crate::page_event::{
     AssignmentDescription, BeginEvent, ExpectationDescription, GroupDescription, MediumDescription,
     MovableDescription, ObstacleDescription, PatchDescription, QuantityNames,
+    SurroundingsDescription,
 };
 use crate::relative::relative;
 
@@ -26,6 +28,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         radius: group.radius_mm(),
         slots: Some(group.robot.vm.slots),
         wind: group.model.wind_mm_s().map(|wind| wind.map(|part| f64::from(part.round()))),
+        surroundings: group.model.unusual_surroundings().into_iter().map(surroundings).collect(),
     });
     let expects = setup.expects().iter().map(|bound| {
         let expect = &bound.expect;
@@ -48,6 +51,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         obstacles: scenario.world.obstacles.iter().map(obstacle).collect(),
         movables: scenario.world.movables.iter().map(movable).collect(),
         lights: conditions::lights(run),
+        pose_errors: conditions::pose_errors(run),
         media: media(run),
         events: scenario.events.iter().map(|event| event.at).collect(),
         commands: conditions::commands(run),
@@ -58,6 +62,12 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         controls: None,
         stops_on_error: None,
     }
+}
+
+fn surroundings(key: SurroundingsKey) -> SurroundingsDescription {
+    // The digits that a single-precision number has.
+    let value = (f64::from(key.value) * 1e4).round() / 1e4;
+    SurroundingsDescription { key: key.name, value, unit: key.unit }
 }
 
 /// Returns the quantities that a client can choose from.

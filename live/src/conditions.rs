@@ -1,9 +1,12 @@
 //! The conditions of a run: the state of the world, other than robots, that events and commands
 //! change.
 
+use bittybuzz_arena::robot::PoseError;
 use bittybuzz_arena::run::Simulation;
 
-use crate::page_event::{CommandDescription, ConditionsEvent, LightDescription};
+use crate::page_event::{
+    CommandDescription, ConditionsEvent, LightDescription, PoseErrorDescription,
+};
 
 /// Describes the lamps that are lit.
 pub fn lights(run: &Simulation) -> Vec<LightDescription> {
@@ -22,7 +25,19 @@ pub fn commands(run: &Simulation) -> Vec<CommandDescription> {
     run.command_list().map(describe).collect()
 }
 
-/// Describes lamps and commands.
+/// Describes the poses from outside that are wrong.
+pub fn pose_errors(run: &Simulation) -> Vec<PoseErrorDescription> {
+    let describe = |(robot, error): (usize, PoseError)| PoseErrorDescription {
+        robot,
+        displaced: error.displaced_mm.map(f64::from),
+        // Labels are exchanged within a group, whose robots have successive numbers and ids.
+        seen_as: error.seen_as.and_then(|offset| robot.checked_add_signed(offset as isize)),
+    };
+    run.pose_errors().map(describe).collect()
+}
+
+/// Describes lamps, poses and commands.
 pub fn describe(run: &Simulation) -> ConditionsEvent {
-    ConditionsEvent { lights: lights(run), commands: commands(run) }
+    let (lights, pose_errors) = (lights(run), pose_errors(run));
+    ConditionsEvent { lights, pose_errors, commands: commands(run) }
 }

@@ -109,6 +109,7 @@ pub struct BeginEvent {
     /// The discs that robots push. The samples have their places.
     pub movables: Vec<MovableDescription>,
     pub lights: Vec<LightDescription>,
+    pub pose_errors: Vec<PoseErrorDescription>,
     pub media: Vec<MediumDescription>,
     /// The times of the scenario's events.
     pub events: Vec<f64>,
@@ -154,6 +155,31 @@ pub struct GroupDescription {
     pub slots: Option<u32>,
     /// The mean velocity of the wind that the robots feel, along x and y in mm/s.
     pub wind: Option<[f64; 2]>,
+    /// The keys of the scenario by which the surroundings of the robots differ from usual ones.
+    pub surroundings: Vec<SurroundingsDescription>,
+}
+
+/// A number in the scenario that describes the surroundings of robots.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SurroundingsDescription {
+    /// The name of the key.
+    pub key: &'static str,
+    pub value: f64,
+    /// The unit, if the number has one.
+    pub unit: &'static str,
+}
+
+/// The errors of the poses that a robot gets from a source outside of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct PoseErrorDescription {
+    /// The number of the robot.
+    pub robot: usize,
+    /// The displacement along x and y in mm.
+    pub displaced: [f64; 2],
+    /// The number of the robot whose poses it gets in place of its own.
+    pub seen_as: Option<usize>,
 }
 
 /// A painted part of the ground with the keys of a scenario.
@@ -291,6 +317,7 @@ pub struct StateEvent {
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ConditionsEvent {
     pub lights: Vec<LightDescription>,
+    pub pose_errors: Vec<PoseErrorDescription>,
     /// All commands, including those that are pending because the run was taken back.
     pub commands: Vec<CommandDescription>,
 }

@@ -148,6 +148,7 @@ fn group(bodies: &[RecordedBody]) -> GroupDescription {
         radius: mm(first.radius.into()),
         slots: None,
         wind: None,
+        surroundings: Vec::new(),
     }
 }
 

@@ -165,6 +165,7 @@ impl Source for Watched {
             radius: RADIUS.into(),
             slots: Some(0),
             wind: None,
+            surroundings: Vec::new(),
         });
         let begin = BeginEvent {
             watched: Some(true),

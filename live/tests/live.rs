@@ -31,6 +31,7 @@ fn files() -> MemoryFiles {
     MemoryFiles::default()
         .with("s.toml", SCENARIO)
         .with("s.bzz", SCRIPT)
+        .with("idle.bzz", "function step() { }\n")
         .with("still.bzz", "function step() { led(7) }\n")
         .with("other.bzz", "only_here = 5\nfunction step() { }\n")
 }
@@ -278,6 +279,41 @@ fn commands_are_listed() {
     live.request(r#""scenario""#, ms(0));
     let answer = events(&mut live, "scenario");
     assert_eq!(answer[0]["text"], format!("{SCENARIO}\n{event}"));
+}
+
+/// Two Crazyflies in the wind, whose cameras exchange their labels.
+const FLIGHT: &str = "[world]\nsize = [4000, 4000]\nduration = 10\n\n\
+    [body.crazyflie]\narmed = true\nfidelity = \"flight\"\npositioning = \"capture\"\n\
+    wind = 1500\nwind_direction = 45\nlatency = 60\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"still.bzz\"\nname = \"ground\"\ncount = 1\nat = [900, 900]\n\n\
+    [[robots]]\nrobot = \"crazyflie\"\nscript = \"idle.bzz\"\nname = \"air\"\ncount = 2\nplacement = \"line\"\nspacing = 1000\n\n\
+    [[event]]\nat = 0.1\ndisplace = \"air\"\nby = [200, -50]\n\n\
+    [[event]]\nat = 0.2\nrelabel = [1, 2]\n";
+
+#[test]
+fn wrong_poses_and_unusual_surroundings_reach_the_client() {
+    let mut live = live_of(FLIGHT);
+    let begin = events(&mut live, "begin");
+    let groups = &begin[0]["groups"];
+    assert_eq!(groups[0]["surroundings"], json!([]));
+    let key = |key, value: f64, unit| json!({ "key": key, "value": value, "unit": unit });
+    let keys = [
+        key("wind", 1500.0, "mm/s"),
+        key("wind_direction", 45.0, "degrees"),
+        key("latency", 60.0, "ms"),
+    ];
+    assert_eq!(groups[1]["surroundings"], json!(keys));
+    assert_eq!(begin[0]["pose_errors"], json!([]));
+    live.request(r#"{"step":{"ticks":2}}"#, ms(0));
+    advance(&mut live, 2, ms(0));
+    let displaced = |robot, seen_as: Option<usize>| json!({ "robot": robot, "displaced": [200.0, -50.0], "seen_as": seen_as });
+    let shown = events(&mut live, "conditions");
+    let last = &shown.last().unwrap()["pose_errors"];
+    assert_eq!(*last, json!([displaced(1, None), displaced(2, None)]));
+    live.request(r#"{"step":{"ticks":1}}"#, ms(0));
+    advance(&mut live, 1, ms(0));
+    let shown = events(&mut live, "conditions");
+    assert_eq!(shown[0]["pose_errors"], json!([displaced(1, Some(2)), displaced(2, Some(1))]));
 }
 
 #[test]

@@ -217,6 +217,11 @@ impl SimRobot {
         }
     }
 
+    /// Returns the errors of the robot's poses from outside.
+    pub fn pose_error(&self) -> PoseError {
+        self.state.memory.pose_error
+    }
+
     /// Displaces the robot's poses from outside further, in mm.
     pub fn displace_poses(&mut self, [x, y]: [f32; 2]) {
         self.change_pose_error(|error| {

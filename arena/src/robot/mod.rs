@@ -35,7 +35,7 @@ pub use effect::{common as common_effect, led};
 pub use emulation::{Emulation, FlashJob, layout_section};
 pub use faults::{Consequence, FaultCounts, FaultRecord};
 pub use log::{LogLine, News, Piece, unknown_string};
-pub use model::{ModelKeys, Models, RobotModel};
+pub use model::{ModelKeys, Models, RobotModel, SurroundingsKey};
 pub use overruns::{Overrun, Overruns};
 pub use post_mortem::PostMortem;
 pub use program::ProgramId;

@@ -12,6 +12,17 @@ use crate::scenario::keys::SectionKeys;
 use super::call::{Autopilot, Effect};
 use super::emulation::Emulation;
 
+/// A key of a scenario that describes the surroundings of robots.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurroundingsKey {
+    /// The name in the scenario.
+    pub name: &'static str,
+    /// The number in the scenario.
+    pub value: f32,
+    /// The unit, if the number has one.
+    pub unit: &'static str,
+}
+
 /// A robot that scenarios can use: its body and sensors ([`BodyModel`]), the effects of its
 /// functions, the parameters of its link, and its emulator. The parameters are those of the real
 /// robot unless a section of the scenario changes them.
@@ -54,6 +65,11 @@ pub trait RobotModel: BodyModel + Any {
     /// none, or only calm air.
     fn wind_mm_s(&self) -> Option<[f32; 2]> {
         None
+    }
+
+    /// Returns the keys of a scenario by which the surroundings of these robots differ from usual ones.
+    fn unusual_surroundings(&self) -> Vec<SurroundingsKey> {
+        Vec::new()
     }
 
     /// Returns true if the robots get poses from a source outside of them, which can be wrong.

@@ -38,7 +38,9 @@ use crate::engine::{
     RobotView, Stream, TICK_US, World,
 };
 use crate::robot::checks::Findings;
-use crate::robot::{FaultCounts, LogLine, News, PostMortem, ProgramId, ScriptNumber, SimRobot};
+use crate::robot::{
+    FaultCounts, LogLine, News, PoseError, PostMortem, ProgramId, ScriptNumber, SimRobot,
+};
 use crate::scenario::{
     Adversary, Backend, Quantity, Reduction, ScenarioCause, ScenarioError, Selection, Swarm,
     WorldChange, settings_error,
@@ -410,6 +412,13 @@ impl Simulation {
     pub fn battery_mv(&self, number: usize) -> Option<u16> {
         let milliseconds = self.now() * u64::from(TICK_US / 1000);
         self.robot(number)?.battery_mv(milliseconds)
+    }
+
+    /// Returns the numbers of the robots whose poses from outside are wrong, with the errors.
+    pub fn pose_errors(&self) -> impl Iterator<Item = (usize, PoseError)> {
+        let error = |number| Some((number, self.robot(number)?.pose_error()));
+        let errors = (0..self.robot_count()).filter_map(error);
+        errors.filter(|(_, error)| *error != PoseError::default())
     }
 
     /// Returns the program of a robot: that of its group, until an event or a command loads another

@@ -36,7 +36,7 @@ ground: Array<PatchDescription>, obstacles: Array<ObstacleDescription>,
 /**
  * The discs that robots push. The samples have their places.
  */
-movables: Array<MovableDescription>, lights: Array<LightDescription>, media: Array<MediumDescription>, 
+movables: Array<MovableDescription>, lights: Array<LightDescription>, pose_errors: Array<PoseErrorDescription>, media: Array<MediumDescription>, 
 /**
  * The times of the scenario's events.
  */
@@ -105,7 +105,7 @@ related: Array<RelatedPlace>,
  */
 edits: Array<SuggestedEdit>, };
 
-export type ConditionsEvent = { lights: Array<LightDescription>, 
+export type ConditionsEvent = { lights: Array<LightDescription>, pose_errors: Array<PoseErrorDescription>, 
 /**
  * All commands, including those that are pending because the run was taken back.
  */
@@ -272,7 +272,11 @@ slots: number | null,
 /**
  * The mean velocity of the wind that the robots feel, along x and y in mm/s.
  */
-wind: [number, number] | null, };
+wind: [number, number] | null, 
+/**
+ * The keys of the scenario by which the surroundings of the robots differ from usual ones.
+ */
+surroundings: Array<SurroundingsDescription>, };
 
 export type HandlerDescription = { trigger: TriggerDescription, function: ValueDescription, };
 
@@ -429,6 +433,20 @@ export type OtherValue = { "unset": boolean } | { "float": string } | { "string"
 export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
+
+export type PoseErrorDescription = { 
+/**
+ * The number of the robot.
+ */
+robot: number, 
+/**
+ * The displacement along x and y in mm.
+ */
+displaced: [number, number], 
+/**
+ * The number of the robot whose poses it gets in place of its own.
+ */
+seen_as: number | null, };
 
 export type QuantityEvent = { tick: number, name: string, 
 /**
@@ -718,6 +736,16 @@ export type SuggestedEdit = { file: string, line: number, column: number, end_li
  * True if the change is certainly right.
  */
 certain: boolean, };
+
+export type SurroundingsDescription = { 
+/**
+ * The name of the key.
+ */
+key: string, value: number, 
+/**
+ * The unit, if the number has one.
+ */
+unit: string, };
 
 export type SwarmDescription = { number: number, is_member: boolean, is_unsent: boolean, };
 

@@ -44,6 +44,10 @@ export function drawing(view) {
         const from = view.placeOf(view.chosen);
         view.neighbors.forEach((robot) => parts.push(segment([...from, ...view.placeOf(robot)], colors.link, 2)));
     }
+    for (const { robot, displaced, seen_as: other } of view.poseErrors) {
+        const [x, y] = view.placeOf(other ?? robot).map((at, axis) => at + displaced[axis]);
+        parts.push(segment([...view.placeOf(robot), x, y], colors.states[3], 2), `<circle cx="${x}" cy="${y}" r="${view.radii[robot]}" fill="none" stroke="${rgb(colors.states[3])}" stroke-width="2"/>`);
+    }
     for (let robot = 0; robot < robots.count; robot++) {
         if (robots.isThere[robot]) {
             parts.push(body(view, robot));

@@ -4,7 +4,7 @@ import { element, part, row } from "./element.js";
 import { texts } from "./texts.js";
 
 /**
- * @import { DigestEvent, LightDescription, MediumDescription } from "./events"
+ * @import { DigestEvent, LightDescription, MediumDescription, PoseErrorDescription } from "./events"
  * @import { Ask, Place, World } from "./page"
  */
 
@@ -20,7 +20,11 @@ export class Ground {
         this.ask = ask;
         this.beginCut = beginCut;
         this.ticksPerSecond = 1;
+        // The first id and the number of robots of each group.
+        /** @type {{ first: number, count: number }[]} */
+        this.firstIds = [];
         this.lamps = element("section");
+        this.poses = element("section");
         this.commands = element("section");
         this.digest = element("output", { id: "digest" });
         /** @type {LightDescription[]} */
@@ -30,11 +34,13 @@ export class Ground {
     /** @param {World} world */
     begin(world) {
         this.ticksPerSecond = world.ticks_per_second;
+        this.firstIds = world.groups.map(({ first_id: first, count }) => ({ first, count }));
         const facts = [
             row(texts.size, texts.sizeOf(...world.size)), row(texts.robots, String(world.groups.reduce((sum, { count }) => sum + count, 0))),
             row(texts.seed, String(world.seed)),
         ];
         this.lamps = element("section");
+        this.poses = element("section");
         this.commands = element("section");
         this.digest = element("output", { id: "digest" });
         const digest = element("section", {}, element("h3", {}, texts.digest),
@@ -42,8 +48,36 @@ export class Ground {
                 element("button", { type: "button", id: "ask-digest", title: texts.digestHelp, onclick: () => this.askDigest() }, texts.compute),
                 " ", this.digest));
         const losses = element("section", {}, element("h3", {}, texts.losses), ...world.media.map((medium) => this.loss(medium)));
-        part("ground").replaceChildren(element("dl", {}, ...facts), losses, this.partition(), this.lamps, this.commands, digest);
+        part("ground").replaceChildren(element("dl", {}, ...facts), ...this.surroundings(world), losses, this.partition(), this.lamps, this.poses, this.commands, digest);
         this.show(world);
+    }
+
+    // The keys of the scenario that make the surroundings of a group unusual: wind, texture of the floor, latency of poses.
+    /** @param {World} world */
+    surroundings({ groups }) {
+        return groups.filter(({ surroundings }) => surroundings.length > 0).map(({ name, surroundings }) =>
+            element("section", { class: "surroundings" }, element("h3", {}, texts.surroundings(name ?? "")),
+                element("dl", {}, ...surroundings.map(({ key, value, unit }) => row(key, `${value} ${unit}`)))));
+    }
+
+    // The poses from outside that are wrong.
+    /** @param {PoseErrorDescription[]} errors */
+    showPoses(errors) {
+        const lines = errors.map(({ robot, displaced: [x, y], seen_as: other }) => element("p", {}, texts.poseError(this.idOf(robot), x, y, other === null ? null : this.idOf(other))));
+        this.poses.replaceChildren(...(lines.length > 0 ? [element("h3", {}, texts.poses), ...lines] : []));
+    }
+
+    // The id of a robot, by its number.
+    /** @param {number} robot */
+    idOf(robot) {
+        let before = 0;
+        for (const { first, count } of this.firstIds) {
+            if (robot < before + count) {
+                return first + robot - before;
+            }
+            before += count;
+        }
+        return robot;
     }
 
     // A slider for the share of frames that a medium loses.
@@ -81,10 +115,11 @@ export class Ground {
         this.command(`partition = [[${robots.map(text).join(", ")}]]`);
     }
 
-    // Lamps and commands as they are now.
-    /** @param {Pick<World, "lights" | "commands">} conditions */
-    show({ lights, commands }) {
+    // Lamps, poses and commands as they are now.
+    /** @param {Pick<World, "lights" | "pose_errors" | "commands">} conditions */
+    show({ lights, pose_errors: errors, commands }) {
         this.lights = lights;
+        this.showPoses(errors);
         const lamps = lights.map(({ at, brightness }, lamp) => {
             /** @type {(label: string, value: number, set: (value: number) => void) => Node} */
             const field = (label, value, set) => {

@@ -167,6 +167,7 @@ const handlers = {
     },
     conditions(event) {
         view.lights = event.lights;
+        view.poseErrors = event.pose_errors;
         view.changed();
         ground.show(event);
         showCommands(event.commands);

@@ -163,6 +163,9 @@ export const texts = {
     drawLine: "Draw a line", drawLineHelp: "Drag a line through the world: robots on one side do not hear those on the other",
     cutOff: "Cut off", cutOffHelp: "These robots and all others do not hear each other",
     heal: "Heal", healHelp: "All hear each other again",
+    surroundings: (/** @type {string} */ group) => `Surroundings of ${group}`, poses: "Wrong poses from outside",
+    poseError: (/** @type {number} */ id, /** @type {number} */ x, /** @type {number} */ y, /** @type {number | null} */ other) =>
+        `robot ${id}: ${[...(other === null ? [] : [`those of robot ${other}`]), ...(x === 0 && y === 0 ? [] : [`displaced by ${x}, ${y} mm`])].join(", ")}`,
     lamps: "Lamps", lamp: (/** @type {number} */ number) => `Lamp ${number}`, brightness: "bright",
     lampX: (/** @type {number} */ number) => `lamp ${number}: x in mm`, lampY: (/** @type {number} */ number) => `lamp ${number}: y in mm`,
     lampBrightness: (/** @type {number} */ number) => `lamp ${number}: brightness, 0 to 1023`,

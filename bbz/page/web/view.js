@@ -23,7 +23,7 @@ const NO_MESSAGES = { heard: [], collided: [], lost: [] };
 const BODY_PIXELS_MIN = 1;
 
 /**
- * @import { LightDescription, MessagesEvent } from "./events"
+ * @import { LightDescription, PoseErrorDescription, MessagesEvent } from "./events"
  * @import { Color, Dragged, Place, SpacePlace, World } from "./page"
  */
 
@@ -55,6 +55,9 @@ export class View {
         this.radii = [];
         /** @type {LightDescription[]} */
         this.lights = [];
+        // Poses from outside that are wrong.
+        /** @type {PoseErrorDescription[]} */
+        this.poseErrors = [];
         // Numbers of the robots from which the chosen one has received messages.
         /** @type {number[]} */
         this.neighbors = [];
@@ -112,6 +115,7 @@ export class View {
         const isSame = this.world?.scripts?.file === world.scripts?.file && this.world?.size.join() === world.size.join();
         this.world = world;
         this.lights = world.lights;
+        this.poseErrors = world.pose_errors;
         this.robots = robots;
         this.radii = world.groups.flatMap((group) => Array(group.count).fill(group.radius));
         this.scene.setRadii(this.radii);
@@ -302,6 +306,7 @@ export class View {
     drawLinks() {
         this.trails.draw(fade(this.colors.states[0], 0.9));
         this.drawMessages();
+        this.drawPoseErrors();
         const { scene, colors, trail, lines } = this;
         // Older parts of the trail are paler.
         for (let index = 1; index < trail.length; index++) {
@@ -317,6 +322,20 @@ export class View {
             const fliers = [...this.robots.z.keys()].filter((robot) => this.robots.isThere[robot] && this.robots.z[robot] > 0);
             this.setLines("stems", fliers.map((robot) => [[...this.placeOf(robot), 0], this.spaceOf(robot)]));
             scene.drawLines(lines.stems, fade(colors.states[0], 0.6), 0.5);
+        }
+    }
+
+    // A line and a ring show the place that a robot gets from outside in place of its own.
+    drawPoseErrors() {
+        const color = fade(this.colors.states[3], 0.9);
+        for (const { robot, displaced, seen_as: other } of this.poseErrors) {
+            if (this.robots.isThere[robot]) {
+                const [x, y, z] = this.spaceOf(other ?? robot);
+                const [toX, toY] = [x + displaced[0], y + displaced[1]];
+                this.scene.addLine(this.placeOf(robot), [toX, toY], 0, color, 1, z);
+                const size = Math.max(this.radii[robot], 4 / this.camera.scale);
+                this.scene.add(toX, toY, size, size, 0, SHAPES.ring, color, z);
+            }
         }
     }
 

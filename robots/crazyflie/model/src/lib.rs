@@ -16,7 +16,9 @@ mod robot_file;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use bittybuzz_arena::robot::{Autopilot, Effect, Emulation, ModelKeys, RobotModel};
+use bittybuzz_arena::robot::{
+    Autopilot, Effect, Emulation, ModelKeys, RobotModel, SurroundingsKey,
+};
 use bittybuzz_arena::scenario::Section;
 use bittybuzz_arena::scenario::keys::{RADIUS, SectionKeys};
 use bittybuzz_arena::scenario_keys;
@@ -116,6 +118,24 @@ impl RobotModel for CrazyflieModel {
         let FlightSurroundings { wind, wind_direction, .. } = self.surroundings;
         let (sine, cosine) = libm::sincosf(wind_direction);
         (wind > 0.0).then_some([wind * cosine, wind * sine])
+    }
+
+    fn unusual_surroundings(&self) -> Vec<SurroundingsKey> {
+        let (here, calm) = (&self.surroundings, &FlightSurroundings::CALM);
+        let key = |name, value, usual, unit| {
+            (value != usual).then_some(SurroundingsKey { name, value, unit })
+        };
+        let direction = here.wind_direction.to_degrees();
+        let keys = [
+            key("wind", here.wind, calm.wind, "mm/s"),
+            key("wind_direction", direction, calm.wind_direction, "degrees"),
+            key("gusts", here.gusts, calm.gusts, "mm/s"),
+            key("gust_time", here.gust_time, calm.gust_time, "s"),
+            key("texture", here.texture, calm.texture, ""),
+            key("latency", here.latency, calm.latency, "ms"),
+            key("latency_sway", here.latency_sway, calm.latency_sway, ""),
+        ];
+        keys.into_iter().flatten().collect()
     }
 
     fn has_outside_poses(&self) -> bool {

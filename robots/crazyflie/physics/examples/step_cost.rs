@@ -27,7 +27,7 @@ fn main() {
     }
     let surroundings = DroneSurroundings::default();
     let mut counts = 0_i64;
-    for _ in 0..seconds * 2000 {
+    for _ in 0..seconds * 1000 {
         drone.step(duties, &surroundings);
         counts += imu.sample(drone.state()).map_or(0, |reading| i64::from(reading.accel[2]));
     }

@@ -161,16 +161,28 @@ impl Airframe {
         (root - linear) / (2.0 * square)
     }
 
-    /// Returns the speed that a motor reaches at this voltage, in rpm.
+    /// Returns the speed and the voltage of a motor at the least measured thrust, in rpm and V.
     ///
-    /// The measured line does not pass through the origin. Below the voltage of the least measured
-    /// thrust, the speed is proportional to the voltage instead (a choice), so a motor without
-    /// voltage stands still.
+    /// The measured line of speed by voltage does not pass through the origin. Below this voltage, the
+    /// speed is proportional to the voltage instead (a choice), so a motor without voltage stands still.
     #[must_use]
-    pub fn commanded_speed_rpm(&self, volts: f64) -> f64 {
+    pub(crate) fn least_measured(&self) -> (f64, f64) {
         let [constant, slope] = self.speed_rpm_v;
         let least_rpm = self.speed_rpm(MEASURED_THRUST_N_MIN);
-        let least_volts = (least_rpm - constant) / slope;
+        (least_rpm, (least_rpm - constant) / slope)
+    }
+
+    /// Returns the speed that a motor reaches at this voltage, in rpm.
+    ///
+    /// # Parameters
+    /// `least`: speed and voltage from [`Airframe::least_measured`].
+    #[must_use]
+    pub(crate) fn commanded_speed_rpm(
+        &self,
+        volts: f64,
+        (least_rpm, least_volts): (f64, f64),
+    ) -> f64 {
+        let [constant, slope] = self.speed_rpm_v;
         if volts < least_volts {
             volts.max(0.0) * least_rpm / least_volts
         } else {
@@ -182,7 +194,7 @@ impl Airframe {
     #[must_use]
     pub fn volts(&self, speed_rpm: f64) -> f64 {
         let [constant, slope] = self.speed_rpm_v;
-        let least_rpm = self.speed_rpm(MEASURED_THRUST_N_MIN);
+        let (least_rpm, _) = self.least_measured();
         if speed_rpm < least_rpm {
             speed_rpm.max(0.0) / least_rpm * (least_rpm - constant) / slope
         } else {
@@ -242,15 +254,15 @@ mod tests {
         for airframe in [Airframe::CRAZYFLIE_2_1_PLUS, Airframe::CRAZYFLIE_BRUSHLESS] {
             for tenths in 0..42 {
                 let volts = f64::from(tenths) / 10.0;
-                let speed = airframe.commanded_speed_rpm(volts);
+                let speed = airframe.commanded_speed_rpm(volts, airframe.least_measured());
                 assert!((airframe.volts(speed) - volts).abs() < 1e-12);
                 assert!(
                     (airframe.speed_rpm(airframe.thrust_n(speed)) - speed).abs() < 1e-6
                         || speed < 2300.0
                 );
             }
-            assert_eq!(airframe.commanded_speed_rpm(0.0), 0.0);
-            assert_eq!(airframe.commanded_speed_rpm(-1.0), 0.0);
+            assert_eq!(airframe.commanded_speed_rpm(0.0, airframe.least_measured()), 0.0);
+            assert_eq!(airframe.commanded_speed_rpm(-1.0, airframe.least_measured()), 0.0);
         }
     }
 
@@ -263,7 +275,8 @@ mod tests {
             |v: f64| -0.024_765_4 + v * (0.065_237_9 + v * (-0.026_792_5 + v * 0.006_776_79));
         for tenths in 10..30 {
             let volts = f64::from(tenths) / 10.0;
-            let own = airframe.thrust_n(airframe.commanded_speed_rpm(volts));
+            let speed = airframe.commanded_speed_rpm(volts, airframe.least_measured());
+            let own = airframe.thrust_n(speed);
             assert!((own / cubic(volts) - 1.0).abs() < 0.1, "{volts} V: {own} {}", cubic(volts));
         }
     }

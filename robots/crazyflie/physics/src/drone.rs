@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use crate::dynamics::{HeldInputs, NearGround, advance};
+use crate::dynamics::{HeldInputs, NearGround, RotorInputs, advance};
 use crate::ground::{REST_DEPTH_M, Suspension};
 use crate::random::{NoiseConsumer, NoiseStream};
 use crate::{
@@ -25,10 +25,30 @@ pub struct DroneSurroundings {
     pub external_force_n: DVec3,
 }
 
+/// Quantities that follow from an airframe and that each step uses.
+#[derive(Clone, Debug, PartialEq)]
+struct DerivedQuantities {
+    motor_positions_m: [DVec3; 4],
+    suspension: Suspension,
+    /// Speed in rpm and voltage in V of a motor at the least measured thrust.
+    least_measured: (f64, f64),
+}
+
+impl DerivedQuantities {
+    fn new(airframe: &Airframe) -> Self {
+        DerivedQuantities {
+            motor_positions_m: airframe.motor_positions_m(),
+            suspension: Suspension::new(airframe),
+            least_measured: airframe.least_measured(),
+        }
+    }
+}
+
 /// One robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drone {
     airframe: Airframe,
+    derived: DerivedQuantities,
     state: DroneState,
     power: PowerSource,
     battery_volts: f64,
@@ -41,7 +61,7 @@ pub struct Drone {
     rest: Option<DroneSurroundings>,
 }
 
-/// Largest change of velocity in a step of a robot at rest, in m/s: an acceleration of 2 µm/s².
+/// Largest change of velocity in a step of a robot at rest, in m/s: an acceleration of 1 µm/s².
 const REST_CHANGE_M_S: f64 = 1e-9;
 /// Largest speed of a robot at rest in m/s, and its largest rate in rad/s.
 const REST_SPEED_M_S: f64 = 1e-7;
@@ -70,6 +90,7 @@ impl Drone {
         let power = PowerSource::FULL;
         let mut drone = Drone {
             airframe,
+            derived: DerivedQuantities::new(&airframe),
             state: DroneState::at_rest(DVec3::ZERO, 0.0),
             power,
             battery_volts: power.volts(&airframe.battery, 0.0),
@@ -174,7 +195,9 @@ impl Drone {
     /// Returns the step of the motors' duty that is nearest to this finite one.
     fn stepped(&self, duty: f64) -> f64 {
         let steps = self.airframe.duty_steps;
-        (duty * steps).round().clamp(0.0, steps - 1.0) / steps
+        // A conversion to an integer is much quicker than a call of `round`.
+        let nearest = ((duty * steps).clamp(0.0, steps - 1.0) + 0.5) as u32;
+        f64::from(nearest) / steps
     }
 
     /// Returns the thrust of intact motors at the present speeds, in N. It determines the current.
@@ -182,7 +205,7 @@ impl Drone {
         self.state.rotor_rpm.iter().map(|speed| self.airframe.thrust_n(*speed)).sum()
     }
 
-    /// Advances by half a millisecond and returns an impact on the ground that began in it.
+    /// Advances by a millisecond and returns an impact on the ground that began in it.
     ///
     /// # Parameters
     /// `duties`: the share of the battery's voltage for each motor, 0 to 1. The motors get the nearest
@@ -208,21 +231,23 @@ impl Drone {
     ) -> Option<Impact> {
         let ground_m = if surroundings.ground_m.is_finite() { surroundings.ground_m } else { 0.0 };
         let rotation = DMat3::from_quat(self.state.attitude);
-        let positions = self.airframe.motor_positions_m();
+        let DerivedQuantities { motor_positions_m, suspension, least_measured } = &self.derived;
         let mut command_rpm = [0.0; 4];
-        let mut efficiency = [1.0; 4];
-        let mut ground_effects = [1.0; 4];
+        let mut torque_factor = [1.0; 4];
+        let mut thrust_factor = [1.0; 4];
         let is_upright = rotation.z_axis.z > 0.0;
         for motor in 0..4 {
             if !self.contact.touches_propeller(motor) {
-                command_rpm[motor] =
-                    self.airframe.commanded_speed_rpm(duties[motor] * self.battery_volts);
+                let volts = duties[motor] * self.battery_volts;
+                command_rpm[motor] = self.airframe.commanded_speed_rpm(volts, *least_measured);
             }
-            efficiency[motor] = self.build_efficiency[motor] * self.fault_efficiency[motor];
+            let efficiency = self.build_efficiency[motor] * self.fault_efficiency[motor];
+            torque_factor[motor] = efficiency;
+            thrust_factor[motor] = efficiency;
             if is_upright {
-                let hub = positions[motor].with_z(self.airframe.propellers_above_m);
+                let hub = motor_positions_m[motor].with_z(self.airframe.propellers_above_m);
                 let height_m = self.state.position_m.z + (rotation * hub).z - ground_m;
-                ground_effects[motor] = ground_effect(height_m, self.airframe.propeller_radius_m);
+                thrust_factor[motor] *= ground_effect(height_m, self.airframe.propeller_radius_m);
             }
         }
         let before = self.state;
@@ -230,16 +255,18 @@ impl Drone {
         // Twice the fall leaves room for the acceleration of a step.
         let is_near_ground =
             before.position_m.z - ground_m < GroundContact::reach_m(&self.airframe) + 2.0 * fall_m;
-        let suspension = Suspension::new(&self.airframe);
         let inputs = HeldInputs {
-            command_rpm,
-            efficiency,
-            ground_effect: ground_effects,
+            rotors: RotorInputs {
+                positions_m: motor_positions_m,
+                command_rpm,
+                torque_factor,
+                thrust_factor,
+            },
             force_n: limited(surroundings.external_force_n, FORCE_N_MAX),
             wind_m_s: limited(surroundings.wind_m_s, WIND_M_S_MAX),
             ground: is_near_ground.then_some(NearGround {
                 contact: &self.contact,
-                suspension: &suspension,
+                suspension,
                 height_m: ground_m,
             }),
         };
@@ -260,7 +287,7 @@ impl Drone {
             self.contact.update(
                 &self.airframe,
                 &state,
-                &suspension,
+                suspension,
                 ground_m,
                 -before.velocity_m_s.z,
             )

@@ -10,7 +10,7 @@
 //! * Ω̇ᵢ = k₁ (Ω꜀ − Ωᵢ) + k₂ (Ω꜀² − Ωᵢ²).
 //!
 //! The classical Runge-Kutta method of order 4 integrates all of them. It needs no tuning, keeps the
-//! energy of a tumbling body to far better than 10⁻⁶ per second at half a millisecond, and is stable for
+//! energy of a tumbling body to far better than 10⁻⁶ per second at a millisecond, and is stable for
 //! the springs of contact. The quaternion is normalized after each step.
 
 use glam::{DMat3, DQuat, DVec3};
@@ -25,18 +25,25 @@ const COAST_PER_S: f64 = 5.0;
 
 /// The inputs that are constant during a step.
 pub(crate) struct HeldInputs<'a> {
-    /// Speed that the voltage of each motor commands, in rpm.
-    pub(crate) command_rpm: [f64; 4],
-    /// Factor on the thrust and torque of each motor.
-    pub(crate) efficiency: [f64; 4],
-    /// Factor of the ground effect on the thrust of each motor.
-    pub(crate) ground_effect: [f64; 4],
+    pub(crate) rotors: RotorInputs<'a>,
     /// Force in the world frame in N.
     pub(crate) force_n: DVec3,
     /// Velocity of the air in the world frame in m/s.
     pub(crate) wind_m_s: DVec3,
     /// The ground, if the robot is near it.
     pub(crate) ground: Option<NearGround<'a>>,
+}
+
+/// The inputs of the four rotors.
+pub(crate) struct RotorInputs<'a> {
+    /// Position of each motor in the body frame in m.
+    pub(crate) positions_m: &'a [DVec3; 4],
+    /// Speed that the voltage of each motor commands, in rpm.
+    pub(crate) command_rpm: [f64; 4],
+    /// Factor on the torque of each motor.
+    pub(crate) torque_factor: [f64; 4],
+    /// Factor on the thrust of each motor, which includes the ground effect.
+    pub(crate) thrust_factor: [f64; 4],
 }
 
 /// The ground near a robot.
@@ -47,54 +54,82 @@ pub(crate) struct NearGround<'a> {
     pub(crate) height_m: f64,
 }
 
-/// The time derivative of a state.
-struct StateRate {
+/// The time derivative of the motion of a body.
+struct BodyRate {
     velocity_m_s: DVec3,
     acceleration_m_s2: DVec3,
     attitude_per_s: DQuat,
     angular_acceleration_rad_s2: DVec3,
-    rotor_rpm_s: [f64; 4],
 }
 
-/// Returns the acceleration of a rotor in rpm/s.
-fn rotor_acceleration(airframe: &Airframe, speed_rpm: f64, command_rpm: f64) -> f64 {
-    let response = if command_rpm >= speed_rpm { &airframe.spin_up } else { &airframe.spin_down };
-    let mut rate = response.linear_per_s + response.square_per_rpm_s * (command_rpm + speed_rpm);
-    if command_rpm <= 0.0 {
-        rate += COAST_PER_S;
-    }
-    (command_rpm - speed_rpm) * rate
+/// Thrust of all rotors along the body's z axis, their torque and their angular momentum about it.
+struct RotorWrench {
+    thrust_n: f64,
+    torque_n_m: DVec3,
+    momentum_n_m_s: f64,
 }
 
-/// Returns the time derivative of a state.
-fn derivative(airframe: &Airframe, state: &DroneState, inputs: &HeldInputs) -> StateRate {
-    let rotation = DMat3::from_quat(state.attitude);
+/// Returns the acceleration of each rotor in rpm/s.
+fn rotor_accelerations(
+    airframe: &Airframe,
+    speed_rpm: &[f64; 4],
+    command_rpm: &[f64; 4],
+) -> [f64; 4] {
+    let (up, down) = (&airframe.spin_up, &airframe.spin_down);
+    std::array::from_fn(|motor| {
+        let (speed, command) = (speed_rpm[motor], command_rpm[motor]);
+        let is_up = command >= speed;
+        let linear = if is_up { up.linear_per_s } else { down.linear_per_s };
+        let square = if is_up { up.square_per_rpm_s } else { down.square_per_rpm_s };
+        let coast = if command <= 0.0 { COAST_PER_S } else { 0.0 };
+        (command - speed) * (linear + square * (command + speed) + coast)
+    })
+}
+
+/// Returns the effect of the rotors on the body.
+fn rotor_wrench(
+    airframe: &Airframe,
+    inputs: &RotorInputs,
+    speed_rpm: &[f64; 4],
+    acceleration_rpm_s: &[f64; 4],
+) -> RotorWrench {
+    let thrusts: [f64; 4] = std::array::from_fn(|motor| {
+        airframe.thrust_n(speed_rpm[motor]) * inputs.thrust_factor[motor]
+    });
+    let torques: [f64; 4] = std::array::from_fn(|motor| {
+        airframe.torque_n_m(speed_rpm[motor]) * inputs.torque_factor[motor]
+    });
     let mut thrust_n = 0.0;
     let mut torque_n_m = DVec3::ZERO;
     let mut momentum = 0.0;
     let mut momentum_rate = 0.0;
-    let mut rotor_rpm_s = [0.0; 4];
-    let positions = airframe.motor_positions_m();
     for motor in 0..4 {
-        let speed = state.rotor_rpm[motor];
         let direction = SPIN_DIRECTIONS[motor];
-        let thrust =
-            airframe.thrust_n(speed) * (inputs.efficiency[motor] * inputs.ground_effect[motor]);
-        thrust_n += thrust;
-        torque_n_m.x += positions[motor].y * thrust;
-        torque_n_m.y -= positions[motor].x * thrust;
-        torque_n_m.z -= direction * airframe.torque_n_m(speed) * inputs.efficiency[motor];
-        rotor_rpm_s[motor] = rotor_acceleration(airframe, speed, inputs.command_rpm[motor]);
-        momentum += direction * speed;
-        momentum_rate += direction * rotor_rpm_s[motor];
+        thrust_n += thrusts[motor];
+        torque_n_m.x += inputs.positions_m[motor].y * thrusts[motor];
+        torque_n_m.y -= inputs.positions_m[motor].x * thrusts[motor];
+        torque_n_m.z -= direction * torques[motor];
+        momentum += direction * speed_rpm[motor];
+        momentum_rate += direction * acceleration_rpm_s[motor];
     }
     let spin = airframe.propeller_inertia_kg_m2 * RAD_S_PER_RPM;
     torque_n_m.z -= spin * momentum_rate;
+    RotorWrench { thrust_n, torque_n_m, momentum_n_m_s: spin * momentum }
+}
 
+/// Returns the time derivative of the motion of the body.
+fn derivative(
+    airframe: &Airframe,
+    state: &DroneState,
+    rotors: &RotorWrench,
+    inputs: &HeldInputs,
+) -> BodyRate {
+    let rotation = DMat3::from_quat(state.attitude);
     let air_velocity = rotation.transpose() * (state.velocity_m_s - inputs.wind_m_s);
     let mut body_force_n = air_velocity * -airframe.drag_n_s_m;
-    body_force_n.z += thrust_n;
+    body_force_n.z += rotors.thrust_n;
     let mut force_n = rotation * body_force_n + inputs.force_n;
+    let mut torque_n_m = rotors.torque_n_m;
     if let Some(NearGround { contact, suspension, height_m }) = &inputs.ground {
         let (contact_n, contact_n_m) =
             contact.wrench(airframe, state, &rotation, suspension, *height_m);
@@ -106,54 +141,64 @@ fn derivative(airframe: &Airframe, state: &DroneState, inputs: &HeldInputs) -> S
 
     let rate = state.rate_rad_s;
     let mut angular_momentum = airframe.inertia_kg_m2 * rate;
-    angular_momentum.z += spin * momentum;
+    angular_momentum.z += rotors.momentum_n_m_s;
     let angular_acceleration_rad_s2 =
         (torque_n_m - rate.cross(angular_momentum)) / airframe.inertia_kg_m2;
     let spin_quaternion = DQuat::from_xyzw(rate.x / 2.0, rate.y / 2.0, rate.z / 2.0, 0.0);
-    StateRate {
+    BodyRate {
         velocity_m_s: state.velocity_m_s,
         acceleration_m_s2,
         attitude_per_s: state.attitude * spin_quaternion,
         angular_acceleration_rad_s2,
-        rotor_rpm_s,
     }
 }
 
-/// Returns the state after `seconds` with a constant derivative.
-fn moved(state: &DroneState, rate: &StateRate, seconds: f64) -> DroneState {
-    let mut rotor_rpm = state.rotor_rpm;
-    for (speed, acceleration) in rotor_rpm.iter_mut().zip(rate.rotor_rpm_s) {
-        *speed += acceleration * seconds;
-    }
+/// Returns the speeds after `seconds` of constant accelerations.
+fn spun(speed_rpm: &[f64; 4], acceleration_rpm_s: &[f64; 4], seconds: f64) -> [f64; 4] {
+    std::array::from_fn(|motor| speed_rpm[motor] + acceleration_rpm_s[motor] * seconds)
+}
+
+/// Returns the state after `seconds` with a constant derivative of the body's motion.
+fn moved(state: &DroneState, rate: &BodyRate, seconds: f64) -> DroneState {
     DroneState {
         position_m: state.position_m + rate.velocity_m_s * seconds,
         velocity_m_s: state.velocity_m_s + rate.acceleration_m_s2 * seconds,
         attitude: state.attitude + rate.attitude_per_s * seconds,
         rate_rad_s: state.rate_rad_s + rate.angular_acceleration_rad_s2 * seconds,
-        rotor_rpm,
         ..*state
     }
 }
 
 /// Returns the state after `seconds` of constant inputs. Time and specific force are unchanged.
+///
+/// The rotors do not depend on the body, so their four stages come first.
 pub(crate) fn advance(
     airframe: &Airframe,
     state: &DroneState,
     inputs: &HeldInputs,
     seconds: f64,
 ) -> DroneState {
-    let first = derivative(airframe, state, inputs);
-    let second = derivative(airframe, &moved(state, &first, seconds / 2.0), inputs);
-    let third = derivative(airframe, &moved(state, &second, seconds / 2.0), inputs);
-    let fourth = derivative(airframe, &moved(state, &third, seconds), inputs);
-    let mut rotor_rpm_s = [0.0; 4];
-    for (motor, mean) in rotor_rpm_s.iter_mut().enumerate() {
-        *mean = (first.rotor_rpm_s[motor]
-            + 2.0 * (second.rotor_rpm_s[motor] + third.rotor_rpm_s[motor])
-            + fourth.rotor_rpm_s[motor])
-            / 6.0;
-    }
-    let mean = StateRate {
+    let half = seconds / 2.0;
+    let command_rpm = &inputs.rotors.command_rpm;
+    let speed_1 = state.rotor_rpm;
+    let spin_1 = rotor_accelerations(airframe, &speed_1, command_rpm);
+    let speed_2 = spun(&speed_1, &spin_1, half);
+    let spin_2 = rotor_accelerations(airframe, &speed_2, command_rpm);
+    let speed_3 = spun(&speed_1, &spin_2, half);
+    let spin_3 = rotor_accelerations(airframe, &speed_3, command_rpm);
+    let speed_4 = spun(&speed_1, &spin_3, seconds);
+    let spin_4 = rotor_accelerations(airframe, &speed_4, command_rpm);
+    let wrench = |speed, spin| rotor_wrench(airframe, &inputs.rotors, speed, spin);
+
+    let first = derivative(airframe, state, &wrench(&speed_1, &spin_1), inputs);
+    let middle = moved(state, &first, half);
+    let second = derivative(airframe, &middle, &wrench(&speed_2, &spin_2), inputs);
+    let middle = moved(state, &second, half);
+    let third = derivative(airframe, &middle, &wrench(&speed_3, &spin_3), inputs);
+    let end = moved(state, &third, seconds);
+    let fourth = derivative(airframe, &end, &wrench(&speed_4, &spin_4), inputs);
+
+    let mean = BodyRate {
         velocity_m_s: (first.velocity_m_s
             + (second.velocity_m_s + third.velocity_m_s) * 2.0
             + fourth.velocity_m_s)
@@ -170,16 +215,15 @@ pub(crate) fn advance(
             + (second.angular_acceleration_rad_s2 + third.angular_acceleration_rad_s2) * 2.0
             + fourth.angular_acceleration_rad_s2)
             / 6.0,
-        rotor_rpm_s,
     };
     let mut next = moved(state, &mean, seconds);
     next.attitude = next.attitude.normalize();
-    for (speed, command) in next.rotor_rpm.iter_mut().zip(inputs.command_rpm) {
+    next.rotor_rpm = std::array::from_fn(|motor| {
+        let mean = (spin_1[motor] + 2.0 * (spin_2[motor] + spin_3[motor]) + spin_4[motor]) / 6.0;
+        let speed = speed_1[motor] + mean * seconds;
         // Friction stops a rotor in the end.
-        if command <= 0.0 && *speed < 1.0 {
-            *speed = 0.0;
-        }
-    }
+        if command_rpm[motor] <= 0.0 && speed < 1.0 { 0.0 } else { speed }
+    });
     next
 }
 
@@ -201,10 +245,22 @@ mod tests {
     }
 
     fn inputs(command_rpm: [f64; 4]) -> HeldInputs<'static> {
+        const POSITIONS_M: [DVec3; 4] = {
+            let arm = PLUS.arm_m;
+            [
+                DVec3::new(arm, -arm, 0.0),
+                DVec3::new(-arm, -arm, 0.0),
+                DVec3::new(-arm, arm, 0.0),
+                DVec3::new(arm, arm, 0.0),
+            ]
+        };
         HeldInputs {
-            command_rpm,
-            efficiency: [1.0; 4],
-            ground_effect: [1.0; 4],
+            rotors: RotorInputs {
+                positions_m: &POSITIONS_M,
+                command_rpm,
+                torque_factor: [1.0; 4],
+                thrust_factor: [1.0; 4],
+            },
             force_n: DVec3::ZERO,
             wind_m_s: DVec3::ZERO,
             ground: None,
@@ -325,7 +381,7 @@ mod tests {
         {
             let hover = airframe.hover_speed_rpm();
             for (start, tau) in [(hover - 1.0, up_s), (hover + 1.0, down_s)] {
-                let rate = rotor_acceleration(&airframe, start, hover);
+                let [rate, ..] = rotor_accelerations(&airframe, &[start; 4], &[hover; 4]);
                 assert!(((hover - start) / rate - tau).abs() < 0.0006);
             }
         }

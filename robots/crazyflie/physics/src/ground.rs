@@ -9,7 +9,7 @@
 //!   creep. The lowest point of a propeller moves along its rim, so nothing sticks there.
 //!
 //! Springs and coefficients are choices: the weight presses the feet in by 0.1 mm, which makes the
-//! fastest oscillation about 70 Hz, far below the 2 kHz of the integrator.
+//! fastest oscillation about 70 Hz, far below the 1 kHz of the integrator.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -31,7 +31,7 @@ pub const LANDING_TILT_RAD_MAX: f64 = core::f64::consts::FRAC_PI_6;
 /// Cosine of [`LANDING_TILT_RAD_MAX`].
 const LANDING_COS_TILT_MIN: f64 = 0.866_025_403_784_438_6;
 /// Steps without contact after which the next contact counts as an impact: 20 ms (choice).
-const STEPS_OF_FLIGHT: u32 = 40;
+const STEPS_OF_FLIGHT: u32 = 20;
 
 /// A reason why contact with the ground is a crash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +76,7 @@ struct ContactPoint {
 }
 
 /// Spring and damper of each point.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Suspension {
     stiffness_n_m: f64,
     damping_n_s_m: f64,

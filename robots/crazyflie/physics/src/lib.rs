@@ -10,8 +10,8 @@
 //! 1. **Equal numbers everywhere.** Functions such as the sine come from `libm`, vectors use scalar
 //!    arithmetic, and random numbers come from a seed. A run repeats bit by bit, natively and as
 //!    WebAssembly.
-//! 2. **A fixed step of half a millisecond**, twice per sample of the inertial sensors. All
-//!    differential equations are integrated with the Runge-Kutta method of order 4.
+//! 2. **A fixed step of a millisecond**, the period of the inertial sensors and of the flight controller.
+//!    All differential equations are integrated with the Runge-Kutta method of order 4.
 //! 3. **Each number has a source.** [`Airframe`]'s module and the settings of each sensor say if a
 //!    value was read, recalled or chosen.
 //! 4. **The whole state is visible.** Every part implements `Clone`, `PartialEq` and a complete
@@ -28,7 +28,7 @@
 //! let mut drone = Drone::nominal(airframe);
 //! let mut sensors = SensorSuite::new(&airframe, 1);
 //! let surroundings = DroneSurroundings::default();
-//! for _ in 0..2000 {
+//! for _ in 0..1000 {
 //!     drone.step([0.8; 4], &surroundings);
 //!     if let Some(counts) = sensors.imu.sample(drone.state()) {
 //!         assert!(counts.accel_m_s2().is_finite());
@@ -88,4 +88,4 @@ pub use wind::{Wind, WindSettings};
 /// Standard gravity in m/s², rounded as in the flight controller.
 pub const GRAVITY_M_S2: f64 = 9.81;
 /// Duration of a step in seconds.
-pub const STEP_S: f64 = 0.0005;
+pub const STEP_S: f64 = 0.001;

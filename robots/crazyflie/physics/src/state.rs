@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 /// left and z upwards. Motor 1 is ahead on the right, the others follow clockwise seen from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DroneState {
-    /// Steps of half a millisecond since the start.
+    /// Steps of a millisecond since the start.
     pub steps: u64,
     /// Position of the center of mass in the world frame, in m.
     pub position_m: DVec3,

@@ -59,7 +59,7 @@ impl Wind {
         Wind { settings, kept, noise, along, first, second }
     }
 
-    /// Advances by half a millisecond and returns the velocity of the air in m/s.
+    /// Advances by a millisecond and returns the velocity of the air in m/s.
     pub fn step(&mut self) -> DVec3 {
         let (settings, kept) = (&self.settings, self.kept);
         self.second = self.second * kept + self.first * (1.0 - kept);
@@ -83,7 +83,7 @@ mod tests {
         let mean_m_s = DVec3::new(0.0, 2.0, 0.0);
         let settings = WindSettings { mean_m_s, gust_sigma_m_s: 1.5, gust_s: 1.0 };
         let mut wind = Wind::new(settings, 1);
-        let gusts: Vec<DVec3> = (0..8_000_000).map(|_| (wind.step() - mean_m_s) / 1.5).collect();
+        let gusts: Vec<DVec3> = (0..4_000_000).map(|_| (wind.step() - mean_m_s) / 1.5).collect();
         let mean_of = |lag_s: f64| {
             let lag = (lag_s / STEP_S) as usize;
             let products = gusts.iter().zip(&gusts[lag..]).map(|(one, other)| *one * *other);

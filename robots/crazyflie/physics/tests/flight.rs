@@ -24,7 +24,7 @@ fn hovering(airframe: Airframe) -> (Drone, [f64; 4]) {
 fn hover_holds_the_height() {
     for airframe in [PLUS, Airframe::CRAZYFLIE_BRUSHLESS] {
         let (mut drone, duties) = hovering(airframe);
-        for _ in 0..10_000 {
+        for _ in 0..5000 {
             drone.step(duties, &CALM);
         }
         // The ground effect at 100 m is below a millionth of the thrust.
@@ -40,7 +40,7 @@ fn hover_holds_the_height() {
 fn the_motors_get_the_nearest_step_of_the_duty() {
     let end = |duty: f64| {
         let mut drone = Drone::nominal(PLUS);
-        (0..200).for_each(|_| {
+        (0..100).for_each(|_| {
             drone.step([duty; 4], &CALM);
         });
         drone.state().rotor_rpm[0]
@@ -58,7 +58,7 @@ fn free_fall_matches_the_closed_form() {
     airframe.drag_n_s_m = DVec3::ZERO;
     let mut drone = Drone::nominal(airframe);
     drone.set_state(DroneState::at_rest(DVec3::new(1.0, 2.0, 50.0), 0.4));
-    for _ in 0..2000 {
+    for _ in 0..1000 {
         drone.step([0.0; 4], &CALM);
         assert!(drone.state().specific_force_m_s2.length() < 1e-9);
     }
@@ -73,7 +73,7 @@ fn a_full_battery_sags_and_empties() {
     let mut drone = Drone::nominal(PLUS);
     assert!((drone.battery_volts() - (4.2 - 0.2 * 0.24)).abs() < 1e-9);
     let hover = PLUS.hover_speed_rpm();
-    for _ in 0..4000 {
+    for _ in 0..2000 {
         let duty = PLUS.volts(hover) / drone.battery_volts();
         drone.step([duty; 4], &CALM);
     }
@@ -90,7 +90,7 @@ fn a_full_battery_sags_and_empties() {
 fn a_weak_motor_tilts_the_robot_towards_it() {
     let (mut drone, duties) = hovering(PLUS);
     drone.set_motor_efficiency([0.8, 1.0, 1.0, 1.0]);
-    for _ in 0..100 {
+    for _ in 0..50 {
         drone.step(duties, &CALM);
     }
     // Motor 1 is ahead on the right: right side and nose go down.
@@ -111,7 +111,7 @@ fn downwash_pushes_down() {
     let (mut drone, duties) = hovering(PLUS);
     let push = downwash_n(0.5, 0.0, PLUS.propeller_radius_m);
     let below = DroneSurroundings { external_force_n: DVec3::new(0.0, 0.0, -push), ..CALM };
-    for _ in 0..200 {
+    for _ in 0..100 {
         drone.step(duties, &below);
     }
     let exact = -push / PLUS.mass_kg * 0.1;

@@ -11,7 +11,7 @@ fn dropped(start: DroneState, seconds: u32) -> (Drone, Option<Impact>) {
     let mut drone = Drone::nominal(PLUS);
     drone.set_state(start);
     let mut first = None;
-    for _ in 0..2000 * seconds {
+    for _ in 0..1000 * seconds {
         let impact = drone.step([0.0; 4], &DroneSurroundings::default());
         first = first.or(impact);
     }
@@ -36,7 +36,7 @@ fn a_standing_robot_does_not_move() {
     drone.stand(0.5, 1.0, -2.0, 0.3);
     let before = *drone.state();
     let surroundings = DroneSurroundings { ground_m: 0.5, ..DroneSurroundings::default() };
-    for _ in 0..20_000 {
+    for _ in 0..10_000 {
         assert_eq!(drone.step([0.0; 4], &surroundings), None);
         assert!((drone.state().specific_force_m_s2.z - GRAVITY_M_S2).abs() < 1e-6);
     }
@@ -115,7 +115,7 @@ fn contact_takes_energy() {
             + state.rate_rad_s.dot(PLUS.inertia_kg_m2 * state.rate_rad_s) / 2.0
     };
     let first = energy(&start);
-    for _ in 0..4000 {
+    for _ in 0..2000 {
         drone.step([0.0; 4], &DroneSurroundings::default());
         assert!(energy(drone.state()) < first * 1.000_001);
     }
@@ -130,11 +130,11 @@ fn a_gentle_push_below_friction_does_not_creep() {
     let mut drone = Drone::nominal(PLUS);
     let push = DVec3::new(0.1, 0.0, 0.0);
     let pushed = DroneSurroundings { external_force_n: push, ..DroneSurroundings::default() };
-    for _ in 0..20_000 {
+    for _ in 0..10_000 {
         drone.step([0.0; 4], &pushed);
     }
     let early = drone.state().position_m;
-    for _ in 0..20_000 {
+    for _ in 0..10_000 {
         drone.step([0.0; 4], &pushed);
     }
     assert!((drone.state().position_m - early).length() < 1e-9);
@@ -144,7 +144,7 @@ fn a_gentle_push_below_friction_does_not_creep() {
 #[test]
 fn take_off_leaves_the_ground() {
     let mut drone = Drone::nominal(PLUS);
-    for _ in 0..2000 {
+    for _ in 0..1000 {
         drone.step([0.8; 4], &DroneSurroundings::default());
     }
     assert!(drone.state().position_m.z > 0.1 && !drone.has_crashed());
@@ -164,7 +164,7 @@ fn rest_ends_with_any_cause() {
     let push = DVec3::new(0.5, 0.0, 0.0);
     let mut lowered = resting();
     let mut started = resting();
-    for _ in 0..600 {
+    for _ in 0..300 {
         pushed.step([0.0; 4], &DroneSurroundings { external_force_n: push, ..calm });
         lowered.step([0.0; 4], &DroneSurroundings { ground_m: -0.1, ..calm });
         started.step([0.9; 4], &calm);
@@ -172,5 +172,5 @@ fn rest_ends_with_any_cause() {
     assert!(pushed.state().position_m.x > 0.1, "{:?}", pushed.state());
     assert!(lowered.state().position_m.z < -0.05);
     assert!(started.state().position_m.z > 0.02);
-    assert_eq!(pushed.state().steps, 4600);
+    assert_eq!(pushed.state().steps, 2300);
 }

@@ -15,7 +15,7 @@ use crate::{DroneState, STEP_S};
 /// Counts per radian.
 const COUNTS_PER_RAD: f64 = 10.0 * 35.0 / 0.716_74;
 /// Steps between readings: 10 ms.
-const PERIOD_STEPS: u64 = 20;
+const PERIOD_STEPS: u64 = 10;
 /// Cosine of the largest tilt at which the sensor tracks the ground (choice: 60 degrees).
 const COS_TILT_MIN: f64 = 0.5;
 
@@ -130,7 +130,7 @@ impl FlowSensor {
         self.surface = surface;
     }
 
-    /// Follows one step above a ground of this height, and returns a reading every 20 steps.
+    /// Follows one step above a ground of this height, and returns a reading every 10 steps.
     pub fn sample(&mut self, state: &DroneState, ground_m: f64) -> Option<FlowCounts> {
         let cos_tilt = state.cos_tilt();
         let height_m = (state.position_m.z - ground_m) / cos_tilt.max(COS_TILT_MIN);

@@ -13,7 +13,7 @@ use crate::sensors::delay::DelayLine;
 use crate::sensors::fault::FaultGate;
 
 /// Steps between measurements, and of their delay: 33 ms.
-const PERIOD_STEPS: u64 = 66;
+const PERIOD_STEPS: u64 = 33;
 /// Largest distance in m; the data sheet's range in the dark (recalled).
 const DISTANCE_M_MAX: f64 = 4.0;
 /// Half the angle of the cone in radians: 7.5 degrees.
@@ -62,7 +62,7 @@ impl HeightSensor {
         self.gate.fault = fault;
     }
 
-    /// Follows one step above a ground of this height, and returns a measurement every 66 steps.
+    /// Follows one step above a ground of this height, and returns a measurement every 33 steps.
     pub fn sample(&mut self, state: &DroneState, ground_m: f64) -> Option<HeightReading> {
         if !state.steps.is_multiple_of(PERIOD_STEPS) {
             return None;

@@ -1,7 +1,7 @@
 //! Gyroscope and accelerometer (Bosch BMI088) at 1 kHz.
 //!
-//! The path of a signal: true rate or specific force of each step → filter of order 1 at 2 kHz →
-//! sum with vibration, noise, offset and drift → limit and quantization.
+//! The path of a signal: angular rate, which changes evenly during a step, or mean specific force of the
+//! step → filter of order 1 → sum with vibration, noise, offset and drift → limit and quantization.
 //!
 //! Simplifications: the filters of the chip have a higher order; the accelerometer's own sample rate
 //! of 1.6 kHz is not modeled; both sensors sit at the center of mass, without misalignment and
@@ -15,8 +15,6 @@ use crate::sensors::vibration::RotorPhases;
 use crate::sensors::{RotorVibration, SensorFault};
 use crate::{Airframe, DroneState, GRAVITY_M_S2, STEP_S};
 
-/// Steps between measurements: 1 ms.
-const PERIOD_STEPS: u64 = 2;
 /// Angular rate of one count of the gyroscope at ±2000 °/s, in rad/s.
 const GYRO_COUNT_RAD_S: f64 = 4000.0 / 65_536.0 * core::f64::consts::PI / 180.0;
 /// Specific force of one count of the accelerometer at ±24 g, in m/s².
@@ -91,25 +89,36 @@ impl ImuCounts {
 
 /// Returns the counts of a signal, limited to the sensor's range.
 fn counts(signal: DVec3, count: f64) -> [i16; 3] {
-    // A conversion to an integer limits the number.
-    (signal / count).to_array().map(|value| value.round() as i16)
+    // A conversion to an integer cuts the fraction off and limits the number.
+    (signal / count).to_array().map(|value| (value + 0.5_f64.copysign(value)) as i16)
 }
 
 /// A filter of order 1 with the step response 1 − exp(−2π f t).
 #[derive(Clone, Debug, PartialEq)]
 struct FirstOrderFilter {
+    /// Response to a unit input after a period.
     share: f64,
+    /// Response at the end of a period to an input that rises from 0 to 1 in it.
+    ramp_share: f64,
     value: DVec3,
 }
 
 impl FirstOrderFilter {
     fn new(corner_hz: f64, period_s: f64, value: DVec3) -> Self {
-        let share = -libm::expm1(-core::f64::consts::TAU * corner_hz * period_s);
-        FirstOrderFilter { share, value }
+        let periods = core::f64::consts::TAU * corner_hz * period_s;
+        let share = -libm::expm1(-periods);
+        FirstOrderFilter { share, ramp_share: 1.0 - share / periods, value }
     }
 
+    /// Follows a period with a constant input.
     fn update(&mut self, input: DVec3) -> DVec3 {
         self.value += (input - self.value) * self.share;
+        self.value
+    }
+
+    /// Follows a period in which the input changes evenly.
+    fn update_evenly(&mut self, from: DVec3, to: DVec3) -> DVec3 {
+        self.value += (from - self.value) * self.share + (to - from) * self.ramp_share;
         self.value
     }
 }
@@ -124,6 +133,8 @@ pub struct Imu {
     gyro_drift_rad_s_k: DVec3,
     accel_offset_m_s2: DVec3,
     warm_k: f64,
+    /// Angular rate at the end of the last step in rad/s.
+    rate_rad_s: DVec3,
     gyro: FirstOrderFilter,
     accel: FirstOrderFilter,
     gyro_noise: FirstOrderFilter,
@@ -141,17 +152,17 @@ impl Imu {
     pub fn new(airframe: &Airframe, settings: ImuSettings, seed: u64) -> Self {
         let mut noise = NoiseStream::new(seed, NoiseConsumer::Imu);
         let up = DVec3::new(0.0, 0.0, GRAVITY_M_S2);
-        let period_s = PERIOD_STEPS as f64 * STEP_S;
         Imu {
             hover_rpm: airframe.hover_speed_rpm(),
             gyro_offset_rad_s: noise.uniform_vector(settings.gyro_offset_rad_s),
             gyro_drift_rad_s_k: noise.uniform_vector(settings.gyro_drift_rad_s_k),
             accel_offset_m_s2: noise.uniform_vector(settings.accel_offset_m_s2),
             warm_k: 0.0,
+            rate_rad_s: DVec3::ZERO,
             gyro: FirstOrderFilter::new(settings.gyro_corner_hz, STEP_S, DVec3::ZERO),
             accel: FirstOrderFilter::new(settings.accel_corner_hz, STEP_S, up),
-            gyro_noise: FirstOrderFilter::new(settings.gyro_corner_hz, period_s, DVec3::ZERO),
-            accel_noise: FirstOrderFilter::new(settings.accel_corner_hz, period_s, DVec3::ZERO),
+            gyro_noise: FirstOrderFilter::new(settings.gyro_corner_hz, STEP_S, DVec3::ZERO),
+            accel_noise: FirstOrderFilter::new(settings.accel_corner_hz, STEP_S, DVec3::ZERO),
             phases: RotorPhases::new([0; 4].map(|_| 0.5 + noise.uniform(0.5))),
             gate: FaultGate::new(),
             settings,
@@ -178,16 +189,13 @@ impl Imu {
         self.accel_offset_m_s2
     }
 
-    /// Follows one step, and returns a measurement every second step.
+    /// Follows one step, and returns the measurement at its end unless a fault hides it.
     pub fn sample(&mut self, state: &DroneState) -> Option<ImuCounts> {
-        let gyro = self.gyro.update(state.rate_rad_s);
+        let gyro = self.gyro.update_evenly(self.rate_rad_s, state.rate_rad_s);
+        self.rate_rad_s = state.rate_rad_s;
         let accel = self.accel.update(state.specific_force_m_s2);
         self.phases.advance(state);
-        if !state.steps.is_multiple_of(PERIOD_STEPS) {
-            return None;
-        }
-        let period_s = PERIOD_STEPS as f64 * STEP_S;
-        self.warm_k += (WARM_UP_K - self.warm_k) * (period_s / WARM_UP_S);
+        self.warm_k += (WARM_UP_K - self.warm_k) * (STEP_S / WARM_UP_S);
         let settings = &self.settings;
         let shake = self.phases.shake(
             &settings.vibration,
@@ -197,7 +205,7 @@ impl Imu {
             settings.accel_corner_hz,
         );
         // White noise of density d, sampled at f, has the deviation d √(f/2).
-        let factor = self.gate.noise_factor() * (0.5 / period_s).sqrt();
+        let factor = self.gate.noise_factor() * (0.5 / STEP_S).sqrt();
         let broadband = settings.vibration.broadband_m_s2_sqrt_hz * shake.strength;
         let accel_density = settings.accel_density_m_s2;
         let accel_deviation =
@@ -234,7 +242,7 @@ mod tests {
     /// Returns the measurements of a state that lasts `seconds`.
     fn run(imu: &mut Imu, mut state: DroneState, seconds: u64) -> Vec<ImuCounts> {
         let mut readings = Vec::new();
-        for _ in 0..2000 * seconds {
+        for _ in 0..1000 * seconds {
             state.steps += 1;
             readings.extend(imu.sample(&state));
         }
@@ -292,9 +300,19 @@ mod tests {
         state.rate_rad_s = DVec3::new(10.0, 100.0, -100.0);
         state.specific_force_m_s2 = DVec3::new(0.0, 1e4, -1e4);
         let readings = run(&mut imu, state, 1);
-        // One time constant of 116 Hz is 1.37 ms.
+        let mut imu = Imu::new(&PLUS, still(), 1);
+        let mut pushed = DroneState::at_rest(DVec3::ZERO, 0.0);
+        pushed.specific_force_m_s2.x = 10.0;
+        let early_force = run(&mut imu, pushed, 1)[0];
+        // One time constant of 116 Hz is 1.372 ms. The rate rises during the first millisecond, whose
+        // response is 1 − (1 − exp(−t/τ)) τ/t.
         let early = readings[0].gyro_rad_s().x / 10.0;
-        assert!((early - (1.0 - (-1.0_f64 / 1.372).exp())).abs() < 0.01, "{early}");
+        let exact = 1.0 - (1.0 - (-1.0_f64 / 1.372).exp()) * 1.372;
+        assert!((early - exact).abs() < 0.01, "{early}");
+        // The specific force of a step is its mean, so the other sensor follows a step.
+        let early = early_force.accel_m_s2().x / 10.0;
+        let exact = 1.0 - (-core::f64::consts::TAU * 0.145).exp();
+        assert!((early - exact).abs() < 0.05, "{early}");
         let last = readings[999];
         assert_eq!(last.gyro[1..], [i16::MAX, i16::MIN]);
         assert_eq!(last.accel[1..], [i16::MAX, i16::MIN]);

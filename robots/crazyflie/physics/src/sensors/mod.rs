@@ -1,6 +1,6 @@
 //! Sensors of a robot and the motion capture of its room.
 //!
-//! The caller passes the state of a robot to each sensor after **every** step of half a millisecond.
+//! The caller passes the state of a robot to each sensor after **every** step of a millisecond.
 //! A sensor returns a measurement when one is due, and nothing otherwise. Each sensor owns its random
 //! numbers, so adding one does not change the others.
 

@@ -14,9 +14,9 @@ const ON_THE_WAY_MAX: usize = 32;
 /// The properties of motion capture and of its radio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionCaptureSettings {
-    /// Steps of half a millisecond between poses; 0 counts as 1.
+    /// Steps of a millisecond between poses; 0 counts as 1.
     pub period_steps: u32,
-    /// Steps of half a millisecond until a pose arrives.
+    /// Steps of a millisecond until a pose arrives.
     pub latency_steps: u32,
     /// Standard deviation of each coordinate in m.
     pub position_sigma_m: f64,
@@ -30,8 +30,8 @@ impl MotionCaptureSettings {
     /// A room with usual cameras: 100 poses per second, 10 ms and 0.5 mm within the ranges of Preiss
     /// et al. 2017, "Crazyswarm" (8 to 26 ms, 0.1 to 1 mm). Attitude and loss are choices.
     pub const ROOM: Self = MotionCaptureSettings {
-        period_steps: 20,
-        latency_steps: 20,
+        period_steps: 10,
+        latency_steps: 10,
         position_sigma_m: 0.0005,
         attitude_sigma_rad: 0.005,
         loss_probability: 0.01,
@@ -149,10 +149,10 @@ mod tests {
     #[test]
     fn poses_arrive_late_and_noisy() {
         let mut capture = MotionCapture::new(MotionCaptureSettings::ROOM, 1);
-        let poses = run(&mut capture, 200_000);
+        let poses = run(&mut capture, 100_000);
         // 1 % of 10,000 poses is lost: three deviations are 30.
         assert!((9870..=9930).contains(&poses.len()), "{}", poses.len());
-        assert!(poses.iter().all(|(step, pose)| step - pose.steps == 20));
+        assert!(poses.iter().all(|(step, pose)| step - pose.steps == 10));
         let truth = DroneState::at_rest(DVec3::new(1.0, -2.0, 0.5), 0.5);
         let count = poses.len() as f64;
         let position: f64 =
@@ -166,11 +166,11 @@ mod tests {
     #[test]
     fn long_latency_keeps_every_pose_on_its_way() {
         let settings = MotionCaptureSettings {
-            latency_steps: 300,
+            latency_steps: 150,
             loss_probability: 0.0,
             ..MotionCaptureSettings::ROOM
         };
-        assert_eq!(run(&mut MotionCapture::new(settings, 1), 2300).len(), 100);
+        assert_eq!(run(&mut MotionCapture::new(settings, 1), 1150).len(), 100);
     }
 
     /// A latency that falls by 20 ms lets poses arrive in order, each at its own time or later.
@@ -181,14 +181,14 @@ mod tests {
         let mut capture = MotionCapture::new(settings, 1);
         let mut state = DroneState::at_rest(DVec3::ZERO, 0.0);
         let mut found = Vec::new();
-        for step in 1..=1000_u64 {
-            capture.set_latency_steps(if step < 500 { 120 } else { 80 });
+        for step in 1..=500_u64 {
+            capture.set_latency_steps(if step < 250 { 60 } else { 40 });
             state.steps = step;
             found.extend(capture.sample(&state).map(|pose| (pose.steps, step - pose.steps)));
         }
         assert!(found.windows(2).all(|pair| pair[0].0 < pair[1].0), "{found:?}");
         let latency = |at: u64| found.iter().find(|(steps, _)| *steps == at).map(|found| found.1);
-        assert_eq!((latency(400), latency(600)), (Some(120), Some(80)));
+        assert_eq!((latency(200), latency(300)), (Some(60), Some(40)));
         assert!(found.len() >= 44, "{}", found.len());
     }
 

@@ -99,7 +99,7 @@ fn positions_without_attitude_are_enough() {
 fn old_poses_of_a_known_age_are_enough() {
     for seed in SEEDS {
         let mut rig = Rig::with_capture(seed);
-        rig.capture().expect("a capture").set_latency_steps(180);
+        rig.capture().expect("a capture").set_latency_steps(90);
         rig.take_off(0.8);
         let destination = Destination::Relative { displacement_m: Vec3::X, turn_rad: 0.0 };
         rig.stack.go_to(destination, Some(2.0)).expect("refused");

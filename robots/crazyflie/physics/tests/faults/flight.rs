@@ -147,20 +147,15 @@ impl Room {
         }
     }
 
-    /// Advances by 1 ms: two steps of the physics and one of the flight controller.
+    /// Advances by 1 ms: a step of the physics and one of the flight controller.
     fn tick(&mut self) {
-        let mut sample = None;
-        for _ in 0..2 {
-            self.drone.step(self.duties.0.map(f64::from), &DroneSurroundings::default());
-            let state = *self.drone.state();
-            self.measure_position(&state);
-            if let Some(counts) = self.sensors.imu.sample(&state) {
-                sample = Some(ImuSample {
-                    gyro_rad_s: counts.gyro_rad_s().as_vec3(),
-                    accel_m_s2: counts.accel_m_s2().as_vec3(),
-                });
-            }
-        }
+        self.drone.step(self.duties.0.map(f64::from), &DroneSurroundings::default());
+        let state = *self.drone.state();
+        self.measure_position(&state);
+        let sample = self.sensors.imu.sample(&state).map(|counts| ImuSample {
+            gyro_rad_s: counts.gyro_rad_s().as_vec3(),
+            accel_m_s2: counts.accel_m_s2().as_vec3(),
+        });
         let volts = self.drone.battery_volts() as f32;
         self.duties = self.stack.tick(sample.as_ref(), volts);
     }

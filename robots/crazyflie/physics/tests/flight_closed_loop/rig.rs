@@ -169,21 +169,19 @@ impl Rig {
     /// Advances by a millisecond.
     pub fn step(&mut self) {
         self.readings = DeckReadings::default();
-        for _ in 0..2 {
-            if let Some(wind) = &mut self.wind {
-                self.surroundings.wind_m_s = wind.step();
-            }
-            self.drone.step(self.duties.0.map(f64::from), &self.surroundings);
-            let state = *self.drone.state();
-            self.measure(&state);
-            if let Some(counts) = self.imu.sample(&state) {
-                let sample = ImuSample {
-                    gyro_rad_s: counts.gyro_rad_s().as_vec3(),
-                    accel_m_s2: counts.accel_m_s2().as_vec3(),
-                };
-                let volts = self.drone.battery_volts() as f32;
-                self.duties = self.stack.tick(Some(&sample), volts);
-            }
+        if let Some(wind) = &mut self.wind {
+            self.surroundings.wind_m_s = wind.step();
+        }
+        self.drone.step(self.duties.0.map(f64::from), &self.surroundings);
+        let state = *self.drone.state();
+        self.measure(&state);
+        if let Some(counts) = self.imu.sample(&state) {
+            let sample = ImuSample {
+                gyro_rad_s: counts.gyro_rad_s().as_vec3(),
+                accel_m_s2: counts.accel_m_s2().as_vec3(),
+            };
+            let volts = self.drone.battery_volts() as f32;
+            self.duties = self.stack.tick(Some(&sample), volts);
         }
     }
 

@@ -1,0 +1,81 @@
+"""Crazyflies with a flight controller: what their surroundings do to them is seen in the page."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+from test_page import at, end, go, show, window
+
+__all__ = ["window"]
+
+SCENARIO = """\
+[world]
+size = [4000, 3000]
+duration = 10
+
+[body.crazyflie]
+armed = true
+fidelity = "flight"
+positioning = "capture"
+wind = 1500
+wind_direction = 90
+latency = 60
+
+[[robots]]
+robot = "crazyflie"
+script = "s.bzz"
+name = "fleet"
+count = 3
+first_id = 4
+positions = [[-1000, 0], [0, 0], [1000, 0]]
+
+[[event]]
+at = 1
+displace = 4
+by = [200, -50]
+
+[[event]]
+at = 2
+relabel = [5, 6]
+"""
+
+
+@pytest.fixture
+def page(window, tmp_path):
+    (tmp_path / "s.bzz").write_text("function step() { }\n")
+    (tmp_path / "s.toml").write_text(SCENARIO)
+    process = show(tmp_path)
+    window.problems.clear()
+    window.goto(process.url)
+    at(window, 0)
+    yield window
+    window.goto("about:blank")
+    end(process)
+    assert window.problems == []
+
+
+def poses(page):
+    return page.locator("#ground section p", has_text=re.compile("^robot "))
+
+
+def test_wind_latency_and_wrong_poses_are_shown(page):
+    expect(page.locator("#wind")).to_have_text(re.compile("wind 1500 mm/s"))
+    page.click("#tab-ground")
+    rows = page.locator(".surroundings")
+    expect(rows.locator("h3")).to_have_text("Surroundings of fleet")
+    expect(rows.locator("dt")).to_have_text(["wind", "wind_direction", "latency"])
+    expect(rows.locator("dd")).to_have_text(["1500 mm/s", "90 degrees", "60 ms"])
+    expect(poses(page)).to_have_count(0)
+    go(page, 15)
+    expect(poses(page)).to_have_text(["robot 4: displaced by 200, -50 mm"])
+    go(page, 25)
+    exchanged = ["robot 5: those of robot 6", "robot 6: those of robot 5"]
+    expect(poses(page)).to_have_text(["robot 4: displaced by 200, -50 mm", *exchanged])
+    # The drawing has a ring where each of them is believed to be.
+    with page.expect_download() as download:
+        page.click("#drawing")
+    circles = re.findall(r'<circle cx="([^"]+)"[^>]*fill="none"', download.value.path().read_text())
+    assert [round(float(place), -2) for place in circles] == [-800, 1000, 0]
+    # The way back takes the errors back.
+    go(page, 5)
+    expect(poses(page)).to_have_count(0)
