@@ -11,7 +11,7 @@ __all__ = ["window"]
 SCENARIO = """\
 [world]
 size = [4000, 3000]
-duration = 10
+duration = 60
 
 [body.crazyflie]
 armed = true

@@ -3,8 +3,9 @@
 //! The distance is measured along the body's −z axis, except that the beam is a cone: the nearest
 //! point in it counts, so a tilt of up to 7.5 degrees does not matter. Bitcraze's firmware assumes
 //! the same cone, and the deviation 0.0025 m (1 + exp(k (d − 2.5 m))) with k = 2.92/m (`zranger2.c`).
-//! Each measurement is of the begin of its 33 ms, the shortest time in which ST's small driver (VL53L1X
-//! ULD) measures up to 4 m; its full driver, which Bitcraze's firmware has, takes 25 ms.
+//! A measurement takes 33 ms, the shortest time in which ST's small driver (VL53L1X ULD) measures up to
+//! 4 m; its full driver, which Bitcraze's firmware has, takes 25 ms. ST does not say to which moment of this
+//! time a distance belongs: it is the begin here, and [`HeightSensor::set_age_steps`] sets a later one.
 
 use crate::DroneState;
 use crate::random::{NoiseConsumer, NoiseStream};
@@ -12,7 +13,7 @@ use crate::sensors::SensorFault;
 use crate::sensors::delay::DelayLine;
 use crate::sensors::fault::FaultGate;
 
-/// Steps between measurements, and of their delay: 33 ms.
+/// Steps between measurements: 33 ms.
 const PERIOD_STEPS: u64 = 33;
 /// Largest distance in m; the data sheet's range in the dark (recalled).
 const DISTANCE_M_MAX: f64 = 4.0;
@@ -35,6 +36,8 @@ pub enum HeightReading {
 pub struct HeightSensor {
     noise: NoiseStream,
     line: DelayLine<HeightReading, 2>,
+    /// Steps from the moment of a distance until it arrives.
+    age_steps: u64,
     gate: FaultGate<HeightReading>,
 }
 
@@ -53,8 +56,14 @@ impl HeightSensor {
         HeightSensor {
             noise: NoiseStream::new(seed, NoiseConsumer::Height),
             line: DelayLine::new(),
+            age_steps: PERIOD_STEPS,
             gate: FaultGate::new(),
         }
+    }
+
+    /// Sets the time from the moment of a distance until it arrives, at most 33 ms.
+    pub fn set_age_steps(&mut self, steps: u64) {
+        self.age_steps = steps.min(PERIOD_STEPS);
     }
 
     /// Sets or clears the fault.
@@ -64,12 +73,11 @@ impl HeightSensor {
 
     /// Follows one step above a ground of this height, and returns a measurement every 33 steps.
     pub fn sample(&mut self, state: &DroneState, ground_m: f64) -> Option<HeightReading> {
-        if !state.steps.is_multiple_of(PERIOD_STEPS) {
-            return None;
-        }
         let arrived = self.line.pop(state.steps);
-        let reading = self.measure(state, ground_m);
-        self.line.push(state.steps + PERIOD_STEPS, reading);
+        if state.steps.is_multiple_of(PERIOD_STEPS) {
+            let reading = self.measure(state, ground_m);
+            self.line.push(state.steps + self.age_steps, reading);
+        }
         arrived.and_then(|reading| self.gate.pass(reading))
     }
 
@@ -149,6 +157,18 @@ mod tests {
         let next = DroneState { steps: 3 * PERIOD_STEPS, ..at(2.0, 0.0) };
         let values = millimeters(&run(&mut sensor, next, 2));
         assert!((values[0] - 1000.0).abs() < 20.0 && (values[1] - 2000.0).abs() < 20.0);
+    }
+
+    #[test]
+    fn a_distance_can_be_of_a_later_moment() {
+        let mut sensor = HeightSensor::new(3);
+        sensor.set_age_steps(17);
+        let mut state = at(1.0, 0.0);
+        let arrivals = (1..=100).filter(|step| {
+            state.steps = *step;
+            sensor.sample(&state, 0.0).is_some()
+        });
+        assert_eq!(arrivals.collect::<Vec<_>>(), [33 + 17, 66 + 17]);
     }
 
     #[test]

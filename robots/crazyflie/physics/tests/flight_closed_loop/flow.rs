@@ -1,6 +1,9 @@
 //! Flights with a Flow deck: flow at 100 Hz and the distance to the ground at 30 Hz.
 
 use bittybuzz_crazyflie_physics::DVec3;
+use bittybuzz_flight::Vec3;
+use bittybuzz_flight::planner::Destination;
+use bittybuzz_flight::supervisor::SupervisorStage;
 
 use crate::flight_closed_loop::figures::{rms, worst};
 use crate::flight_closed_loop::rig::Rig;
@@ -108,6 +111,30 @@ fn flow_over_texture_keeps_the_position_to_a_centimeter() {
     let (own_m, ratio) = judge(20, 0.5);
     assert!(own_m < 0.01, "{own_m}");
     assert!(ratio < 1.3, "{ratio}");
+}
+
+/// The filter takes a distance for 33 ms old. If it is of the middle of the measurement, it is 17 ms old.
+#[test]
+fn either_age_of_a_distance_keeps_the_height() {
+    for age_ms in [17, 33] {
+        let errors = (1..=10).map(|seed| {
+            let mut rig = Rig::with_flow_noise(seed, 2.0);
+            rig.set_range_age(age_ms);
+            rig.take_off(0.4);
+            let mut errors = Vec::new();
+            for displacement_m in [Vec3::Z, Vec3::NEG_Z] {
+                let destination = Destination::Relative { displacement_m, turn_rad: 0.0 };
+                rig.stack.go_to(destination, None).expect("a flight");
+                rig.run(4.0, |rig| errors.push(rig.estimate_error_m().z.abs()));
+            }
+            assert_eq!(rig.stack.stage(), SupervisorStage::Flying, "seed {seed}");
+            worst(&errors)
+        });
+        let error_m = worst(&errors.collect::<Vec<_>>());
+        println!("distances {age_ms} ms old: height wrong by at most {:.1} mm", 1e3 * error_m);
+        // 16 ms at 0.5 m/s are 8 mm, beside the noise.
+        assert!(error_m < 0.03, "{age_ms} ms: {error_m}");
+    }
 }
 
 #[test]

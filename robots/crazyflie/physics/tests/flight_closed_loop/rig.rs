@@ -120,6 +120,13 @@ impl Rig {
         }
     }
 
+    /// Sets the time from the moment of a distance to the ground until it arrives, in ms.
+    pub fn set_range_age(&mut self, ms: u64) {
+        if let Positioning::Deck { height, .. } = &mut self.positioning {
+            height.set_age_steps(ms);
+        }
+    }
+
     /// Replaces the floor that the flow sensor sees.
     pub fn set_surface(&mut self, surface: FloorSurface) {
         if let Positioning::Deck { flow, .. } = &mut self.positioning {
