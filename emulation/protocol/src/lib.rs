@@ -14,7 +14,7 @@
 //!    nothing else.
 //! 2. **No input ends the program**: an invalid command gets an error that names the remedy.
 //! 3. **Time is simulated**, in nanoseconds since power-on. The same commands always give the same
-//!    replies and events.
+//!    replies and events. Only a door for ground stations (`door`) lets in what another program sends.
 //!
 //! # What it will not do
 //! It does not inspect the image beyond the means of a debugger on the robot: it reads and writes
@@ -23,6 +23,7 @@
 mod client;
 mod control;
 mod core;
+mod door;
 mod error;
 mod fleet;
 mod image;

@@ -297,6 +297,11 @@ pub enum Command {
         /// function's path contains.
         symbol: String,
     },
+    /// Opens a door for ground stations: CRTP packets in UDP datagrams at a port of this computer.
+    Door {
+        /// The port. cflib looks for robots at 19850 to 19859.
+        port: u16,
+    },
     /// Ask for the counters since power-on.
     Statistics,
     /// End the program.

@@ -1,5 +1,6 @@
 //! The command loop of an emulator program.
 
+use std::collections::BTreeMap;
 use std::io::{self, BufRead, Write};
 use std::path::Path;
 use std::time::Duration;
@@ -7,7 +8,10 @@ use std::time::Duration;
 use bittybuzz_chips::RADIO_MAX;
 
 use crate::control::CommandRefusal;
-use crate::message::{Command, OutputLine, Reply, RobotEvent, TimedEvent, parse_command};
+use crate::door::{Door, PACKET};
+use crate::message::{
+    Command, EmulatorEvent, OutputLine, Reply, RobotEvent, TimedEvent, parse_command,
+};
 use crate::{FirmwareImageError, MachineError, Pause};
 
 /// The period at which events are collected, in simulated time.
@@ -54,6 +58,14 @@ pub enum CommandError {
     /// The read is longer than the limit.
     #[error("read at most {READ_MAX} bytes at once, not {0}")]
     ReadTooLong(u32),
+    /// A door cannot be opened.
+    #[error("no door can be opened at port {port}: {error}; choose another port")]
+    Door {
+        /// The port.
+        port: u16,
+        /// The system's reason.
+        error: io::Error,
+    },
     /// The payload is too long for a radio packet.
     #[error("a packet has at most {RADIO_MAX} bytes, this one has {0}")]
     PacketTooLong(usize),
@@ -84,7 +96,7 @@ pub fn serve_robots(
     input: impl BufRead,
     output: impl Write,
 ) -> io::Result<()> {
-    let mut server = Server { robots, output, now: None };
+    let mut server = Server { robots, output, now: None, doors: BTreeMap::new() };
     for line in input.split(b'\n') {
         let line = line?;
         if line.trim_ascii().is_empty() {
@@ -111,6 +123,8 @@ struct Server<'a, R, W> {
     output: W,
     /// `None` before an image is loaded.
     now: Option<Duration>,
+    /// Doors for ground stations, by the numbers of the robots.
+    doors: BTreeMap<usize, Door>,
 }
 
 impl<R: EmulatedRobots, W: Write> Server<'_, R, W> {
@@ -122,6 +136,7 @@ impl<R: EmulatedRobots, W: Write> Server<'_, R, W> {
     fn execute(&mut self, robot: usize, command: Command) -> Result<Reply, CommandError> {
         if let Command::Load { elf } = command {
             self.now = None;
+            self.doors.clear();
             self.robots.load(&elf)?;
             self.now = Some(Duration::ZERO);
             return Ok(Reply::Ok);
@@ -131,7 +146,24 @@ impl<R: EmulatedRobots, W: Write> Server<'_, R, W> {
         if robot >= robots {
             return Err(CommandError::NoRobot { robot, robots });
         }
+        if let Command::Door { port } = command {
+            // The robot may refuse packets of a ground station.
+            self.robots.execute(robot, Command::Door { port }, now)?;
+            let door = Door::open(port).map_err(|error| CommandError::Door { port, error })?;
+            self.doors.insert(robot, door);
+            return Ok(Reply::Ok);
+        }
         self.robots.execute(robot, command, now)
+    }
+
+    /// Passes a packet through each door to its robot.
+    fn let_in(&mut self, now: Duration) -> Result<(), CommandError> {
+        for (robot, door) in &mut self.doors {
+            if let Some(payload) = door.receive() {
+                self.robots.execute(*robot, Command::Send { kind: PACKET, payload }, now)?;
+            }
+        }
+        Ok(())
     }
 
     /// Runs in slices, so that events are printed soon after they happen.
@@ -142,6 +174,9 @@ impl<R: EmulatedRobots, W: Write> Server<'_, R, W> {
         let mut reason = Pause::Time;
         while now < until && reason == Pause::Time {
             let slice = (now + POLL).min(until);
+            if let Err(error) = self.let_in(now) {
+                return Ok(Err(error));
+            }
             match self.robots.run(now, slice) {
                 Ok(pause) => reason = pause,
                 Err(error) => return Ok(Err(error.into())),
@@ -156,6 +191,12 @@ impl<R: EmulatedRobots, W: Write> Server<'_, R, W> {
                 };
                 is_news |= !events.is_empty();
                 for timed in events {
+                    if let Some(door) = self.doors.get(&robot)
+                        && let EmulatorEvent::Syslink { kind: PACKET, payload, intact: true } =
+                            &timed.event
+                    {
+                        door.send(payload);
+                    }
                     self.print(&OutputLine::Event(RobotEvent { robot, timed }))?;
                 }
             }

@@ -56,6 +56,8 @@ impl Control for CrazyflieBoard {
                 self.set_battery(Battery { volts, charging, usb_powered });
             }
             Command::Shutdown => self.request_shutdown(),
+            // The server opens it, and passes packets on as link frames.
+            Command::Door { .. } => {}
             Command::Chip { lsi_hz, crystal, memory, seed, debugger } => {
                 let lsi_hz = lsi(17_000..=47_000, lsi_hz)?;
                 let memory = bittybuzz_emulation::memory(memory, seed);

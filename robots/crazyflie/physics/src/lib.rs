@@ -52,7 +52,7 @@
 //! * The ground is flat and level below each robot. Springs of contact are softer than plastic.
 //! * Downwash and ground effect are formulas of another simulator with limits.
 //! * Wind is the same at the whole robot, and blows on it near the ground too.
-//! * Sensors sit at the center of mass. There is no barometer.
+//! * Sensors sit at the center of mass.
 //! * A crash does not break anything: the caller decides what follows.
 //!
 //! # Cost

@@ -18,6 +18,8 @@ pub(crate) enum NoiseConsumer {
     MotionCapture = 5,
     /// Gusts of wind.
     Wind = 6,
+    /// The pressure sensor.
+    Barometer = 7,
 }
 
 /// A stream of random numbers of one consumer.

@@ -4,6 +4,7 @@
 //! A sensor returns a measurement when one is due, and nothing otherwise. Each sensor owns its random
 //! numbers, so adding one does not change the others.
 
+mod barometer;
 mod delay;
 mod fault;
 mod flow;
@@ -12,6 +13,7 @@ mod imu;
 mod motion_capture;
 mod vibration;
 
+pub use barometer::Barometer;
 pub use fault::SensorFault;
 pub use flow::{FloorSurface, FlowCounts, FlowSensor, FlowSettings, QuantizationRemainder};
 pub use height::{HeightReading, HeightSensor};
