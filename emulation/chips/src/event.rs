@@ -248,6 +248,18 @@ pub enum HardwareError {
         /// The first address of its registers.
         base: u32,
     },
+    /// The firmware wrote to the flash like to RAM, which changes nothing. Only the first address
+    /// after a reset is reported.
+    FlashWrite {
+        /// The address, which is below the size of the flash if it was an alias.
+        address: u32,
+    },
+    /// A DMA stream was to move data from or to memory that the controller cannot reach, such as
+    /// core-coupled memory (RM0090 2.1).
+    DmaOutOfReach {
+        /// The address in memory.
+        address: u32,
+    },
 }
 
 impl fmt::Display for HardwareError {
@@ -304,6 +316,14 @@ impl fmt::Display for HardwareError {
                     "the peripheral at {base:#010x} is used while its clock is off: set its bit in RCC first"
                 )
             }
+            HardwareError::FlashWrite { address } => write!(
+                f,
+                "a write to {address:#010x} in the flash changes nothing: a pointer is null or points to a constant"
+            ),
+            HardwareError::DmaOutOfReach { address } => write!(
+                f,
+                "DMA cannot reach {address:#010x}: place the buffer at 0x20000000 or above, not in core-coupled memory"
+            ),
         }
     }
 }

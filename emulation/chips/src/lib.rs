@@ -31,6 +31,7 @@ mod device;
 mod event;
 pub mod f051;
 pub mod f405;
+mod i2c_bus;
 mod memory;
 pub mod nrf24;
 pub mod nrf51;
@@ -45,7 +46,8 @@ pub use chip::ChipProperties;
 pub use clock::CoreClock;
 pub use device::{I2cDevice, SpiDevice};
 pub use event::{BoardEvent, BoardLed, Bootloader, HardwareError, ResetCause};
-pub use f051::{FlashChange, FlashContent, Transfer};
+pub use f051::{FlashChange, FlashContent};
+pub use i2c_bus::{BusAction, BusAnswer, BusRelease, I2cBus};
 pub use memory::MemoryContent;
 pub use nrf24::{
     Nrf24Packet, PAYLOAD_MAX as RADIO_MAX, PowerDetector, RadioStatistics, Transmission,
@@ -54,5 +56,5 @@ pub use nrf51::{
     Battery, FRAME_PAYLOAD_MAX, LineQuality, LinkFrame, Nrf51Settings, P2P_MAX, P2pFrame,
     UprightPose,
 };
-pub use stm32::{Lines, Width};
+pub use stm32::{Lines, Transfer, Width};
 pub use time::Time;

@@ -5,7 +5,7 @@
 //! moves it.
 
 use crate::Width;
-use crate::stm32::Write;
+use crate::stm32::{Transfer, Write};
 
 const ISR: u32 = 0x00;
 const IFCR: u32 = 0x04;
@@ -25,15 +25,6 @@ const CCR_MEM2MEM: u32 = 1 << 14;
 const GIF: u32 = 1;
 const TCIF: u32 = 2;
 const HTIF: u32 = 4;
-
-/// A data item to be moved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Transfer {
-    /// The address of the source and its width.
-    pub from: (u32, Width),
-    /// The address of the destination and its width; the value is zero-extended or truncated.
-    pub to: (u32, Width),
-}
 
 #[derive(Clone, Copy, Default)]
 struct Channel {

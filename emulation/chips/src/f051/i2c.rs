@@ -5,6 +5,7 @@
 //! other faults of a real bus (lost arbitration, bus errors) have no model.
 
 use crate::Time;
+use crate::i2c_bus::{BusAction, BusRelease};
 use crate::stm32::Write;
 
 const CR1: u32 = 0x00;
@@ -38,29 +39,6 @@ const ISR_TCR: u32 = 1 << 7;
 const ISR_BUSY: u32 = 1 << 15;
 /// The bits of a byte and its acknowledgement.
 const BYTE_BITS: u64 = 9;
-
-/// An action of the master on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BusAction {
-    /// The master sent a start condition and an address; the answer is an acknowledgement.
-    Start {
-        /// The address of seven bits.
-        address: u8,
-        /// True for a transfer to the master.
-        read: bool,
-    },
-    /// The master sent a byte; the answer is an acknowledgement.
-    Write(u8),
-    /// The master reads; the answer is a byte.
-    Read,
-    /// The master sent a stop condition and released the bus.
-    Stop,
-}
-
-/// The state of the bus at the moment when the master let it go: the action on the wire with the
-/// number of its bits that were not complete, or `None` between two actions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct BusRelease(pub Option<(BusAction, u64)>);
 
 pub(crate) struct I2c {
     hz: u64,

@@ -13,17 +13,17 @@ use std::collections::BTreeMap;
 
 use self::adc::Adc;
 use self::dma::Dma;
-pub use self::dma::Transfer;
 use self::flash::FlashInterface;
 pub use self::flash::{FlashChange, FlashContent};
 use self::i2c::I2c;
-pub use self::i2c::{BusAction, BusRelease};
 use self::identity::Identity;
 use self::rcc::{Clocks, Rcc};
 use self::spi::Spi;
 use crate::stm32::watchdog::APB1_FREEZE;
 use crate::stm32::{ErrorLog, Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Watchdog, Write};
-use crate::{HardwareError, Lines, ResetCause, Time, Width};
+use crate::{
+    BusAction, BusRelease, HardwareError, Lines, ResetCause, Time, Transfer, Width,
+};
 
 /// For each timer its first address (RM0091 table 1), its kind, and its interrupt (table 36). For
 /// TIM1 this is the update interrupt, and the next one is the compare interrupt.

@@ -1,33 +1,73 @@
 //! The STM32F405: its peripherals, their clocks and their interrupt lines.
 
+mod access;
+mod adc;
+mod dma;
+mod flash;
+mod i2c;
 mod rcc;
+mod spi;
 mod system;
 mod usart;
+mod usb;
 
 use std::collections::BTreeMap;
 
+use self::adc::Adc;
+use self::dma::{Dma, STREAMS};
+use self::flash::Flash;
+use self::i2c::I2c;
 use self::rcc::Rcc;
+use self::spi::Spi;
 pub use self::system::OTP;
-use self::system::{Backup, Flash, Identity, Power};
+use self::system::{Backup, Identity, Power};
 pub use self::usart::{SentByte, Usart};
 use crate::stm32::watchdog::APB1_FREEZE;
-use crate::stm32::{ErrorLog, Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Watchdog, Write};
-use crate::{HardwareError, Lines, ResetCause, Time, Width};
+use crate::stm32::{
+    ErrorLog, Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Transfer, Watchdog, Write,
+};
+use crate::{BusAction, BusAnswer, BusRelease, HardwareError, Lines, ResetCause, Time, Width};
 
-/// The first address and the interrupt of TIM2 to TIM5 (RM0090 tables 1 and 62).
-const TIMERS: [(u32, u8); 4] =
-    [(0x4000_0000, 28), (0x4000_0400, 29), (0x4000_0800, 30), (0x4000_0c00, 50)];
+/// The kinds and the interrupts of TIM2 to TIM7 (RM0090 table 62). Their address ranges follow each
+/// other.
+const TIMERS: [(TimerKind, u8); 6] = [
+    (TimerKind::Wide, 28),
+    (TimerKind::General, 29),
+    (TimerKind::General, 30),
+    (TimerKind::Wide, 50),
+    (TimerKind::Basic, 54),
+    (TimerKind::Basic, 55),
+];
+const TIM2: u32 = 0x4000_0000;
+const TIM7: u32 = 0x4000_1400;
 const RTC: u32 = 0x4000_2800;
 const WATCHDOG: u32 = 0x4000_3000;
+const USART3: u32 = 0x4000_4800;
+const USART3_IRQ: u8 = 39;
+const I2C1: u32 = 0x4000_5400;
+const I2C3: u32 = 0x4000_5c00;
+/// The interrupts of I2C1 and I2C3 for events; those for errors follow.
+const I2C_IRQ: [u8; 2] = [31, 72];
 const POWER: u32 = 0x4000_7000;
 const USART6: u32 = 0x4001_1400;
 const USART6_IRQ: u8 = 71;
+const ADC: u32 = 0x4001_2000;
+const ADC_IRQ: u8 = 18;
+const SPI1: u32 = 0x4001_3000;
+const SPI1_IRQ: u8 = 35;
 const SYSCFG: u32 = 0x4001_3800;
 const EXTI: u32 = 0x4001_3c00;
 const GPIO: u32 = 0x4002_0000;
 const GPIO_LAST: u32 = 0x4002_2000;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3c00;
+const DMA1: u32 = 0x4002_6000;
+const DMA2: u32 = 0x4002_6400;
+/// The interrupts of the streams of DMA1 and DMA2.
+const DMA_IRQ: [[u8; STREAMS]; 2] =
+    [[11, 12, 13, 14, 15, 16, 17, 47], [56, 57, 58, 59, 60, 68, 69, 70]];
+const USB_OTG: u32 = 0x5000_0000;
+const USB_OTG_LAST: u32 = 0x5003_fc00;
 const DEBUG: u32 = 0xe004_2000;
 /// The interrupts of EXTI lines 0 to 15 (RM0090 table 62).
 const EXTI_IRQ: [u8; 16] = [6, 7, 8, 9, 10, 23, 23, 23, 23, 23, 40, 40, 40, 40, 40, 40];
@@ -40,6 +80,20 @@ const PORTS: [PortReset; 9] = {
 };
 /// The size of a peripheral's address range; each begins at a multiple of it.
 const BLOCK: u32 = 0x400;
+/// The memories that the DMA controllers reach: first addresses and sizes of the flash and of the
+/// static RAM. Core-coupled memory is not connected to them (RM0090 2.1).
+const DMA_MEMORIES: [(u32, u32); 2] = [(0x0800_0000, 0x10_0000), (0x2000_0000, 0x2_0000)];
+
+/// An action of the chip at its pins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PinAction {
+    /// A byte has left USART6 at pin PC6.
+    Usart(SentByte),
+    /// SPI1 has sent this byte; the answer is [`F405::spi_received`].
+    Spi(Time, u8),
+    /// I2C1 (0) or I2C3 (1) has finished this action; the answer is [`F405::i2c_answered`].
+    I2c(usize, Time, BusAction),
+}
 
 /// The chip without its core and its memory.
 pub struct F405 {
@@ -53,8 +107,15 @@ pub struct F405 {
     exti: Exti,
     /// USART6, which is connected to the radio's processor.
     pub usart: Usart,
-    /// TIM2 to TIM5.
-    timers: [Timer; 4],
+    /// USART3, whose pins are on the expansion port. Nothing listens there.
+    usart3: Usart,
+    /// I2C1 and I2C3.
+    i2c: [I2c; 2],
+    spi: Spi,
+    adc: Adc,
+    dma: [Dma; 2],
+    /// TIM2 to TIM7.
+    timers: [Timer; TIMERS.len()],
     watchdog: Watchdog,
     /// Frequency in Hz of the oscillator LSI, which clocks the watchdog.
     lsi_hz: u64,
@@ -65,6 +126,8 @@ pub struct F405 {
     /// register that a model does not know.
     pub unknown: BTreeMap<u32, u32>,
     errors: ErrorLog,
+    /// True if the firmware has written to the flash since the last reset.
+    has_written_flash: bool,
     lines: Lines,
 }
 
@@ -82,14 +145,19 @@ impl F405 {
             ports: PORTS.map(GpioPort::new),
             exti: Exti::new(EXTI_IRQ),
             usart: Usart::new(clocks.pclk2),
-            timers: [TimerKind::Wide, TimerKind::General, TimerKind::General, TimerKind::Wide]
-                .map(|kind| Timer::new(kind, clocks.timers1, Time::ZERO)),
+            usart3: Usart::new(clocks.pclk1),
+            i2c: [I2c::new(clocks.pclk1), I2c::new(clocks.pclk1)],
+            spi: Spi::new(clocks.pclk2),
+            adc: Adc::new(clocks.pclk2),
+            dma: [Dma::new(), Dma::new()],
+            timers: TIMERS.map(|(kind, _)| Timer::new(kind, clocks.timers1, Time::ZERO)),
             watchdog: Watchdog::new(lsi_hz),
             lsi_hz,
             identity: Identity::new(unique_id, device_type),
             storage: BTreeMap::new(),
             unknown: BTreeMap::new(),
             errors: ErrorLog::default(),
+            has_written_flash: false,
             lines: Lines::default(),
         }
     }
@@ -121,35 +189,165 @@ impl F405 {
         self.exti = Exti::new(EXTI_IRQ);
         self.lines = Lines::default();
         self.usart.reset();
+        self.usart3.reset();
+        for i2c in &mut self.i2c {
+            i2c.reset(self.now);
+        }
+        let clocks = self.rcc.clocks();
+        self.spi = Spi::new(clocks.pclk2);
+        self.adc = Adc::new(clocks.pclk2);
+        self.dma = [Dma::new(), Dma::new()];
+        self.has_written_flash = false;
         self.watchdog = Watchdog::new(self.lsi_hz);
         self.storage.clear();
-        let clocks = self.rcc.clocks();
         for timer in &mut self.timers {
             *timer = Timer::new(timer.kind(), clocks.timers1, self.now);
         }
-        self.usart.set_clock(clocks.pclk2);
+        self.clocks_changed();
         self.pins_changed();
     }
 
-    /// Advances time to `now`, which is not beyond the next event. Returns the byte that has left
-    /// USART6 at this moment.
-    pub fn advance(&mut self, now: Time) -> Option<SentByte> {
+    /// Advances time to `now`, which is not beyond the next event. Returns an action at the pins;
+    /// if there are more at this moment, the next event is not later than `now`.
+    pub fn advance(&mut self, now: Time) -> Option<PinAction> {
         self.now = now;
-        let sent = self.usart.advance(now);
-        for timer in &mut self.timers {
+        for (timer, (_, irq)) in self.timers.iter_mut().zip(TIMERS) {
             if timer.next_event().is_some_and(|at| at <= now) {
                 timer.advance(now);
+                self.lines.set(irq, timer.interrupt());
             }
         }
-        self.update_lines();
-        // Bytes reach the line only if pin PC6 belongs to USART6.
-        sent.filter(|_| self.ports[2].pin(6) == Pin::Alternate(8))
+        if self.usart3.next_event().is_some_and(|at| at <= now) {
+            self.usart3.advance(now);
+            self.update_line(USART3);
+        }
+        if self.adc.next_event().is_some_and(|at| at <= now) {
+            self.adc.advance(now);
+            self.update_line(ADC);
+        }
+        if self.usart.next_event().is_some_and(|at| at <= now) {
+            let sent = self.usart.advance(now);
+            self.update_line(USART6);
+            // Bytes reach the line only if pin PC6 belongs to USART6.
+            if let Some(sent) = sent.filter(|_| self.ports[2].pin(6) == Pin::Alternate(8)) {
+                return Some(PinAction::Usart(sent));
+            }
+        }
+        if let Some((end, byte)) = self.spi.advance(now) {
+            return Some(PinAction::Spi(end, byte));
+        }
+        for bus in 0..self.i2c.len() {
+            if self.i2c[bus].next_event().is_some_and(|at| at <= now) {
+                let action = self.i2c[bus].advance(now);
+                self.update_i2c(bus);
+                if let Some((end, action)) = action {
+                    return Some(PinAction::I2c(bus, end, action));
+                }
+            }
+        }
+        None
     }
 
     /// Returns the time of the next internal event.
     pub fn next_event(&self) -> Option<Time> {
         let timers = self.timers.iter().filter_map(Timer::next_event);
-        timers.chain(self.usart.next_event()).chain(self.watchdog.expires()).min()
+        let buses = self.i2c.iter().filter_map(I2c::next_event).chain(self.spi.next_event());
+        let usarts = self.usart.next_event().into_iter().chain(self.usart3.next_event());
+        let others = self.watchdog.expires().into_iter().chain(self.adc.next_event());
+        timers.chain(buses).chain(usarts).chain(others).min()
+    }
+
+    /// Receives the byte that the device returned for the one that SPI1 sent.
+    pub fn spi_received(&mut self, byte: u8, end: Time) {
+        self.spi.received(byte, end);
+        self.update_line(SPI1);
+    }
+
+    /// Answers the action of I2C1 (0) or I2C3 (1) that ended at `end`.
+    pub fn i2c_answered(&mut self, bus: usize, action: BusAction, answer: BusAnswer, end: Time) {
+        let i2c = &mut self.i2c[bus];
+        match answer {
+            BusAnswer::Acknowledge(acknowledged) => i2c.acknowledge(action, acknowledged, end),
+            BusAnswer::Byte(byte) => i2c.receive(byte, end),
+            BusAnswer::None => {}
+        }
+        self.update_i2c(bus);
+    }
+
+    /// Returns the state of the bus of I2C1 (0) or I2C3 (1) if the program or a reset has let it go
+    /// since the last call.
+    pub fn take_i2c_release(&mut self, bus: usize) -> Option<BusRelease> {
+        self.i2c[bus].take_release()
+    }
+
+    /// Sets if a device holds SDA of I2C1 (0) or I2C3 (1) low outside of a transfer.
+    pub fn set_i2c_held(&mut self, bus: usize, is_held: bool) {
+        self.i2c[bus].set_held(is_held, self.now);
+    }
+
+    /// Returns true if the peripheral with this stream and channel of DMA1 (0) or DMA2 (1) requests
+    /// a transfer (RM0090 tables 42 and 43).
+    fn is_requested(&self, controller: usize, stream: usize, channel: u32) -> bool {
+        let [deck, sensors] = &self.i2c;
+        match (controller, stream, channel) {
+            (0, 6 | 7, 1) => deck.dma_requests()[0],
+            (0, 0 | 5, 1) => deck.dma_requests()[1],
+            (0, 4, 3) => sensors.dma_requests()[0],
+            (0, 2, 3) => sensors.dma_requests()[1],
+            (0, 3, 4) | (0, 4, 7) => self.usart3.dma_requests()[0],
+            (0, 1, 4) => self.usart3.dma_requests()[1],
+            (1, 6 | 7, 5) => self.usart.dma_requests()[0],
+            (1, 1 | 2, 5) => self.usart.dma_requests()[1],
+            (1, 3 | 5, 3) => self.spi.dma_requests()[0],
+            (1, 0 | 2, 3) => self.spi.dma_requests()[1],
+            _ => false,
+        }
+    }
+
+    /// Returns the DMA controller and the stream that move a data item now.
+    fn due_stream(&self) -> Option<(usize, usize)> {
+        self.dma.iter().enumerate().filter(|(_, dma)| dma.is_on()).find_map(|(number, dma)| {
+            let due = dma.first_due(|stream, channel| self.is_requested(number, stream, channel));
+            due.map(|stream| (number, stream))
+        })
+    }
+
+    /// Returns true if a DMA transfer is due.
+    pub fn wants_memory(&self) -> bool {
+        self.due_stream().is_some()
+    }
+
+    /// Returns the data item that a DMA controller moves now, if any.
+    pub fn next_transfer(&mut self) -> Option<Transfer> {
+        while let Some((controller, stream)) = self.due_stream() {
+            let moved = self.dma[controller].request(stream, |address, length| {
+                DMA_MEMORIES.iter().any(|(start, size)| {
+                    address.checked_sub(*start).is_some_and(|at| at + length <= *size)
+                })
+            });
+            let irq = DMA_IRQ[controller][stream];
+            self.lines.set(irq, self.dma[controller].interrupt(stream));
+            match moved {
+                Ok(moved) => {
+                    match (controller, stream) {
+                        (0, 0 | 5) if moved.one_left => self.i2c[0].expect_last(),
+                        (0, 2) if moved.one_left => self.i2c[1].expect_last(),
+                        _ => {}
+                    }
+                    return Some(moved.transfer);
+                }
+                Err(address) => self.errors.report(HardwareError::DmaOutOfReach { address }),
+            }
+        }
+        None
+    }
+
+    /// Handles a write of the core to the flash, which does not change it.
+    pub fn program(&mut self, address: u32) {
+        self.flash.program();
+        if !std::mem::replace(&mut self.has_written_flash, true) {
+            self.errors.report(HardwareError::FlashWrite { address });
+        }
     }
 
     /// Returns true if the watchdog has expired. It then stands still until the reset that it
@@ -186,7 +384,7 @@ impl F405 {
         self.rcc.clocks().hclk
     }
 
-    /// Returns timer `number`, 2 to 5.
+    /// Returns timer `number`, 2 to 7.
     pub fn timer(&self, number: usize) -> &Timer {
         &self.timers[number - 2]
     }
@@ -217,7 +415,7 @@ impl F405 {
     pub fn receive(&mut self, byte: u8, baud: u64) {
         if self.listens() {
             self.usart.receive(byte, baud, self.now);
-            self.update_lines();
+            self.update_line(USART6);
         }
     }
 
@@ -234,166 +432,43 @@ impl F405 {
 
     fn pins_changed(&mut self) {
         self.exti.observe_ports(&self.ports);
-        self.update_lines();
-    }
-
-    fn update_lines(&mut self) {
-        for (timer, (_, irq)) in self.timers.iter().zip(TIMERS) {
-            self.lines.set(irq, timer.interrupt());
-        }
-        self.lines.set(USART6_IRQ, self.usart.interrupt());
         self.exti.drive(&mut self.lines);
     }
 
-    fn has_clock(&mut self, base: u32) -> bool {
-        self.errors.check_clock(base, self.rcc.is_clocked(base))
+    fn update_i2c(&mut self, bus: usize) {
+        let [event, error] = self.i2c[bus].interrupts();
+        self.lines.set(I2C_IRQ[bus], event);
+        self.lines.set(I2C_IRQ[bus] + 1, error);
     }
 
-    /// Reads a register, at an address that is aligned to `width`.
-    pub fn read(&mut self, address: u32, width: Width) -> u32 {
-        let word = address & !3;
-        let value = if let Some(value) = self.identity.read(word) {
-            value
-        } else {
-            let base = word & !(BLOCK - 1);
-            if self.has_clock(base) { self.read_block(base, word) } else { 0 }
-        };
-        width.part(value, address)
-    }
-
-    fn read_block(&mut self, base: u32, address: u32) -> u32 {
-        let offset = address - base;
-        let value = match base {
-            0x4000_0000..=0x4000_0c00 => {
-                self.timers[((base >> 10) & 3) as usize].read(offset, self.now)
-            }
-            WATCHDOG => self.watchdog.read(offset),
-            RTC if self.backup.read(offset).is_some() => self.backup.read(offset).unwrap_or(0),
-            POWER => self.power.read(offset),
-            USART6 => self.usart.read(offset, self.now),
-            SYSCFG if (0x08..0x18).contains(&offset) => {
-                self.exti.read_choice(offset as usize / 4 - 2)
-            }
-            EXTI => self.exti.read(offset),
-            GPIO..=GPIO_LAST => self.ports[((base - GPIO) / BLOCK) as usize].read(offset),
-            RCC => self.rcc.read(offset),
-            FLASH => self.flash.read(offset),
-            DEBUG if offset == 0 => system::DEBUG_ID,
-            _ => {
-                self.note_unknown(base, address);
-                self.storage.get(&address).copied().unwrap_or(0)
-            }
-        };
-        self.update_lines();
-        value
-    }
-
-    fn note_unknown(&mut self, base: u32, address: u32) {
-        // The other registers of SYSCFG and DBGMCU are storage on the chip, too.
-        if base != SYSCFG && base != DEBUG {
-            self.unknown.entry(base).or_insert(address);
-        }
-    }
-
-    /// Writes a register, at an address that is aligned to `width`.
-    pub fn write(&mut self, address: u32, width: Width, value: u32) {
-        let word = address & !3;
-        let base = word & !(BLOCK - 1);
-        if self.identity.read(word).is_none() && self.has_clock(base) {
-            self.write_block(base, word, Write::new(address, width, value));
-        }
-    }
-
-    fn write_block(&mut self, base: u32, address: u32, write: Write) {
-        let offset = address - base;
+    /// Updates the interrupt lines of the peripheral whose registers begin at `base`.
+    fn update_line(&mut self, base: u32) {
         match base {
-            0x4000_0000..=0x4000_0c00 => {
-                let timer = &mut self.timers[((base >> 10) & 3) as usize];
-                if !timer.write(offset, write, self.now) {
-                    self.unknown.entry(base).or_insert(address);
+            TIM2..=TIM7 => {
+                let number = ((base - TIM2) / BLOCK) as usize;
+                self.lines.set(TIMERS[number].1, self.timers[number].interrupt());
+            }
+            USART3 => self.lines.set(USART3_IRQ, self.usart3.interrupt()),
+            USART6 => self.lines.set(USART6_IRQ, self.usart.interrupt()),
+            I2C1 => self.update_i2c(0),
+            I2C3 => self.update_i2c(1),
+            SPI1 => self.lines.set(SPI1_IRQ, self.spi.interrupt()),
+            ADC => self.lines.set(ADC_IRQ, self.adc.interrupt()),
+            DMA1 | DMA2 => {
+                let controller = ((base - DMA1) / BLOCK) as usize;
+                for (stream, irq) in DMA_IRQ[controller].into_iter().enumerate() {
+                    self.lines.set(irq, self.dma[controller].interrupt(stream));
                 }
             }
-            // Without DBP nothing is written; while the domain is in reset all registers stay 0.
-            RTC if self.backup.read(offset).is_some() => {
-                if self.power.is_backup_writable() && !self.rcc.is_backup_reset() {
-                    self.backup.write(offset, write);
-                }
-            }
-            WATCHDOG => self.watchdog.write(offset, write, self.now),
-            POWER => {
-                self.power.write(offset, write);
-                self.check_clocks();
-            }
-            USART6 => self.usart.write(offset, write, self.now),
-            SYSCFG if (0x08..0x18).contains(&offset) => {
-                self.exti.write_choice(offset as usize / 4 - 2, write);
-                self.pins_changed();
-            }
-            EXTI => self.exti.write(offset, write),
-            GPIO..=GPIO_LAST => {
-                self.ports[((base - GPIO) / BLOCK) as usize].write(offset, write);
-                self.pins_changed();
-            }
+            SYSCFG | EXTI => self.exti.drive(&mut self.lines),
+            // A change of clocks or a reset concerns every peripheral.
             RCC => {
-                let reset = self.rcc.write(offset, write);
-                if self.rcc.is_backup_reset() {
-                    self.backup = Backup::new();
-                }
-                self.clocks_changed();
-                if let Some((register, bits)) = reset {
-                    self.reset_peripherals(register, bits);
+                let all = [USART3, USART6, I2C1, I2C3, SPI1, ADC, DMA1, DMA2, EXTI];
+                for base in (TIM2..=TIM7).step_by(BLOCK as usize).chain(all) {
+                    self.update_line(base);
                 }
             }
-            FLASH => {
-                self.flash.write(offset, write);
-                self.check_clocks();
-            }
-            _ => {
-                self.note_unknown(base, address);
-                let word = self.storage.entry(address).or_insert(0);
-                *word = write.merge(*word);
-            }
+            _ => {}
         }
-        self.update_lines();
-    }
-
-    fn clocks_changed(&mut self) {
-        let clocks = self.rcc.clocks();
-        for timer in &mut self.timers {
-            timer.set_clock(clocks.timers1, self.now);
-        }
-        self.usart.set_clock(clocks.pclk2);
-        self.check_clocks();
-    }
-
-    fn check_clocks(&mut self) {
-        let hclk = self.rcc.clocks().hclk;
-        let errors = self.rcc.errors(self.power.is_scale_1());
-        for error in errors.into_iter().chain(self.flash.error(hclk)) {
-            self.errors.report(error);
-        }
-    }
-
-    /// Resets peripherals through RCC_xxxRSTR, whose bits are those of RCC_xxxENR.
-    fn reset_peripherals(&mut self, register: usize, bits: u32) {
-        let is_set = |number: usize, bit: usize| register == number && bits >> bit & 1 != 0;
-        for (number, port) in self.ports.iter_mut().enumerate() {
-            if is_set(0, number) {
-                port.reset();
-            }
-        }
-        let hz = self.rcc.clocks().timers1;
-        for (number, timer) in self.timers.iter_mut().enumerate() {
-            if is_set(4, number) {
-                *timer = Timer::new(timer.kind(), hz, self.now);
-            }
-        }
-        if is_set(4, 28) {
-            self.power = Power::new();
-        }
-        if is_set(5, 5) {
-            self.usart.reset();
-        }
-        self.pins_changed();
     }
 }

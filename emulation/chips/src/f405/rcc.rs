@@ -197,7 +197,11 @@ impl Rcc {
             0x4000_0000..=0x4000_7fff => (APB1ENR, slot),
             // External interrupts have no enable bit.
             0x4001_3c00 => return true,
-            0x4001_2000..=0x4001_23ff => (APB2ENR, 8),
+            // ADC1 to ADC3, and their common registers.
+            0x4001_2000 => (APB2ENR, 8),
+            0x4001_2100 => (APB2ENR, 9),
+            0x4001_2200 => (APB2ENR, 10),
+            0x4001_2300 => return self.registers[APB2ENR] & 7 << 8 != 0,
             0x4001_0000..=0x4001_4bff => (APB2ENR, slot),
             0x4002_0000..=0x4002_23ff => (AHB1ENR, slot),
             0x4002_3000 => (AHB1ENR, 12),
@@ -340,6 +344,9 @@ mod tests {
             (0x40, 23, 0x4000_5c00), // I2C3
             (0x44, 5, 0x4001_1400),  // USART6
             (0x44, 8, 0x4001_2000),  // ADC1
+            (0x44, 9, 0x4001_2100),  // ADC2
+            (0x44, 12, 0x4001_3000), // SPI1
+            (0x40, 5, 0x4000_1400),  // TIM7
             (0x44, 14, 0x4001_3800), // SYSCFG
         ] {
             assert!(!rcc.is_clocked(base), "{base:#x}");

@@ -1,7 +1,6 @@
-//! The small blocks: power controller (RM0090 5), flash interface (3) and the identity of the chip
-//! (38, 39).
+//! The small blocks: power controller (RM0090 5), backup registers (26) and the identity of the
+//! chip (38, 39).
 
-use crate::HardwareError;
 use crate::stm32::Write;
 
 /// DBGMCU_IDCODE of the STM32F405, revision Y (38.6.1).
@@ -91,36 +90,6 @@ impl Backup {
     }
 }
 
-/// The flash interface: wait states only. Programming by the firmware has no model.
-pub(crate) struct Flash {
-    registers: [u32; 6],
-}
-
-impl Flash {
-    pub fn new() -> Self {
-        // ACR, KEYR, OPTKEYR, SR, CR, OPTCR.
-        Flash { registers: [0, 0, 0, 0, 0x8000_0000, 0x0fff_aaed] }
-    }
-
-    /// Returns an error if there are too few wait states: at 2.7 to 3.6 V, one for every started 30
-    /// MHz beyond the first (3.5.1, table 10).
-    pub fn error(&self, hz: u64) -> Option<HardwareError> {
-        let wait_states = self.registers[0] & 7;
-        let needed = hz.div_ceil(30_000_000).saturating_sub(1) as u32;
-        (wait_states < needed).then_some(HardwareError::FlashTooSlow { hz, wait_states, needed })
-    }
-
-    pub fn read(&self, offset: u32) -> u32 {
-        self.registers.get(offset as usize / 4).copied().unwrap_or(0)
-    }
-
-    pub fn write(&mut self, offset: u32, write: Write) {
-        if let Some(register) = self.registers.get_mut(offset as usize / 4) {
-            *register = write.merge(*register);
-        }
-    }
-}
-
 const AREA: u32 = 0x1fff_7000;
 const AREA_END: u32 = 0x1fff_8000;
 /// Offset of the one-time programmable bytes (3.8). Bitcraze stores the device type in the first
@@ -175,30 +144,6 @@ impl Identity {
 mod tests {
     use super::*;
     use crate::Width;
-
-    #[test]
-    fn wait_states_are_the_manuals() {
-        // RM0090 table 10, 2.7 to 3.6 V: 0 up to 30 MHz, 1 up to 60, ... 5 up to 168.
-        for (hz, needed) in [
-            (16_000_000, 0),
-            (30_000_000, 0),
-            (30_000_001, 1),
-            (60_000_000, 1),
-            (120_000_000, 3),
-            (150_000_000, 4),
-            (168_000_000, 5),
-        ] {
-            let mut flash = Flash::new();
-            flash.write(0, Write::new(0, Width::Word, needed));
-            assert_eq!(flash.error(hz), None, "{hz}");
-            if needed > 0 {
-                flash.write(0, Write::new(0, Width::Word, needed - 1));
-                let wait_states = needed - 1;
-                let error = HardwareError::FlashTooSlow { hz, wait_states, needed };
-                assert_eq!(flash.error(hz), Some(error));
-            }
-        }
-    }
 
     #[test]
     fn there_are_twenty_backup_registers() {

@@ -1,5 +1,5 @@
 //! The USART of the STM32F4 (RM0090 30): asynchronous, 8 data bits, no parity, one stop bit, by
-//! interrupts.
+//! interrupts or DMA.
 
 use crate::Time;
 use crate::serial::{self, FRAME_BITS, Received};
@@ -36,6 +36,7 @@ const CR1_OVER8: u32 = 1 << 15;
 const CR2_STOP: u32 = 3 << 12;
 const CR3_EIE: u32 = 1 << 0;
 const CR3_DMAR: u32 = 1 << 6;
+const CR3_DMAT: u32 = 1 << 7;
 
 /// A byte as the transmitter put it on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -190,6 +191,14 @@ impl Usart {
         self.sr & self.cr1 & CR1_INTERRUPTS != 0 || overrun || error
     }
 
+    /// Returns the requests for DMA transfers: to the USART, and from it (30.3.13).
+    pub(crate) fn dma_requests(&self) -> [bool; 2] {
+        [
+            self.cr3 & CR3_DMAT != 0 && self.sr & SR_TXE != 0 && self.cr1 & CR1_UE != 0,
+            self.cr3 & CR3_DMAR != 0 && self.sr & SR_RXNE != 0,
+        ]
+    }
+
     pub(crate) fn read(&mut self, offset: u32, now: Time) -> u32 {
         match offset {
             SR => {
@@ -340,6 +349,20 @@ mod tests {
         usart.read(DR, idle);
         assert_eq!(usart.read(SR, idle) & SR_IDLE, 0);
         assert_eq!(usart.next_event(), None);
+    }
+
+    #[test]
+    fn dma_is_requested_by_txe_and_rxne() {
+        let mut usart = usart();
+        assert_eq!(usart.dma_requests(), [false, false]);
+        write(&mut usart, CR3, CR3_DMAT | CR3_DMAR, Time::ZERO);
+        assert_eq!(usart.dma_requests(), [true, false]);
+        write(&mut usart, DR, 1, Time::ZERO);
+        write(&mut usart, DR, 2, Time::ZERO);
+        assert_eq!(usart.dma_requests(), [false, false], "both registers are full");
+        usart.advance(BYTE);
+        usart.receive(3, 1_000_000, BYTE);
+        assert_eq!(usart.dma_requests(), [true, true]);
     }
 
     #[test]

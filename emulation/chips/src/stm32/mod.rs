@@ -6,6 +6,7 @@ mod exti;
 mod gpio;
 pub(crate) mod rcc;
 mod timer;
+mod transfer;
 pub(crate) mod watchdog;
 
 pub(crate) use self::bus::Write;
@@ -16,4 +17,5 @@ pub(crate) use self::gpio::PortReset;
 pub use self::gpio::{GpioPort, Pin};
 pub(crate) use self::timer::TimerKind;
 pub use self::timer::{Pwm, Timer};
+pub use self::transfer::Transfer;
 pub(crate) use self::watchdog::Watchdog;

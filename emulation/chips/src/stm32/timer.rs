@@ -74,6 +74,8 @@ pub(crate) enum TimerKind {
     SingleGated,
     /// One channel: TIM14 of the STM32F0.
     Single,
+    /// 16 bits, no channels: TIM6 and TIM7 of the STM32F4.
+    Basic,
 }
 
 impl TimerKind {
@@ -82,6 +84,7 @@ impl TimerKind {
             TimerKind::Wide | TimerKind::General | TimerKind::Advanced => 4,
             TimerKind::Dual => 2,
             TimerKind::SingleGated | TimerKind::Single => 1,
+            TimerKind::Basic => 0,
         }
     }
 

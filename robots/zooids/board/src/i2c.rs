@@ -5,8 +5,7 @@
 //! waits for the clock of its transfer: with the bits of its byte, or to acknowledge one, it may hold
 //! SDA low, and then there is no start condition (UM10204 3.1.16).
 
-use bittybuzz_chips::Time;
-use bittybuzz_chips::f051::{BusAction, BusRelease};
+use bittybuzz_chips::{BusAction, BusRelease, Time};
 
 use super::device::Device;
 use super::motion::ZooidMotion;
