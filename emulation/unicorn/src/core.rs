@@ -263,15 +263,39 @@ fn hook<B: Board>(uc: &mut Unicorn<'_, System<B>>) -> Result<(), uc_error> {
             HookType::MEM_INVALID,
             first,
             last,
-            |uc, _: MemType, address, size, value| {
+            |uc, kind: MemType, address, size, value| {
+                let address = address as u32;
+                if kind == MemType::WRITE_PROT && writes_ignored_flash::<B>(address) {
+                    write_flash(uc, address, value as u16);
+                    return true;
+                }
                 let system = uc.get_data_mut();
-                system.failed_address = address as u32;
+                system.failed_address = address;
                 system.failed_write = (size, value as u32);
                 false
             },
         )?;
     }
     Ok(())
+}
+
+/// Returns true if a write at this address is one to the flash of an STM32F4. On that chip the flash
+/// interface ignores it with an error flag, and the core continues (RM0090 3.6.1). The flash of an
+/// STM32F0 takes halfwords, and a write of another width is a fault.
+fn writes_ignored_flash<B: Board>(address: u32) -> bool {
+    B::CORE == CoreKind::CortexM4F
+        && [FLASH, FLASH_ALIAS].iter().any(|start| is_within(address, 1, *start, B::MEMORY.flash))
+}
+
+/// Reports a write to the flash to its interface. Unicorn discards the write itself.
+fn write_flash<B: Board>(uc: &mut Unicorn<'_, System<B>>, address: u32, new: u16) {
+    let mut old = [0xff; 2];
+    // The flash is mapped. Only its last byte has no successor, and then the rest is erased.
+    let _ = uc.mem_read(u64::from(address), &mut old);
+    let system = uc.get_data_mut();
+    system.catch_up();
+    system.board.program(address, u16::from_le_bytes(old), new);
+    system.after_access();
 }
 
 /// Returns the first and last addresses of the ranges outside RAM. A hook there reports failed

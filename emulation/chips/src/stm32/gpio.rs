@@ -95,7 +95,7 @@ impl GpioPort {
     }
 
     /// Returns the level at `pin`, as IDR and EXTI see it.
-    pub(crate) fn level(&self, pin: u8) -> bool {
+    pub fn level(&self, pin: u8) -> bool {
         match self.pin(pin) {
             Pin::Level(high) => high,
             _ if self.driven >> pin & 1 != 0 => self.levels >> pin & 1 != 0,

@@ -1,20 +1,22 @@
 //! The board of a Crazyflie 2: an STM32F405, an nRF51822, LEDs and motors.
 
 mod bootloader;
+mod buses;
 mod control;
 #[cfg(test)]
 mod tests;
 
-use bittybuzz_chips::f405::F405;
+use bittybuzz_chips::f405::{F405, PinAction};
 use bittybuzz_chips::nrf51::{BAUD, Nrf51, PeerAction};
 use bittybuzz_chips::stm32::{Pin, Pwm};
 use bittybuzz_chips::{
-    Battery, Board, BoardEvent, BoardLed, ChipProperties, CoreKind, CoreStart, LineQuality, Lines,
-    LinkFrame, MemoryContent, MemoryMap, Nrf51Settings, P2pFrame, Random, ResetCause, Time,
-    UprightPose, Width,
+    Battery, Board, BoardEvent, BoardLed, ChipProperties, CoreKind, CoreStart, FlashChange,
+    LineQuality, Lines, LinkFrame, MemoryContent, MemoryMap, Nrf51Settings, P2pFrame, Random,
+    ResetCause, Time, Transfer, UprightPose, Width,
 };
 
 use crate::bootloader::FIRMWARE;
+use crate::buses::Buses;
 
 /// The LEDs: port, pin, and true if the LED shines while the pin is high.
 const LEDS: [(BoardLed, usize, u8, bool); 5] = [
@@ -121,6 +123,7 @@ pub struct CrazyflieBoard {
     last_reset: ResetCause,
     noise: Random,
     nrf51: Nrf51,
+    buses: Buses,
     leds: [bool; LEDS.len()],
     motors: [Pwm; MOTORS.len()],
     reset_request: Option<ResetCause>,
@@ -142,12 +145,14 @@ impl CrazyflieBoard {
             last_reset: ResetCause::PowerOn,
             noise: Random::new(0),
             nrf51: Nrf51::new(),
+            buses: Buses::default(),
             leds: [false; LEDS.len()],
             motors: [Pwm::LOW; MOTORS.len()],
             reset_request: None,
             power_is_off: false,
             events: Vec::new(),
         };
+        board.buses.connect(&mut board.f405);
         board.settle();
         board
     }
@@ -341,8 +346,15 @@ impl Board for CrazyflieBoard {
     fn advance(&mut self, to: Time) {
         while let Some(at) = self.next.filter(|at| *at <= to) {
             self.now = self.now.max(at);
-            if let Some(sent) = self.f405.advance(self.now) {
-                self.nrf51.receive(sent.byte, sent.baud, self.now);
+            match self.f405.advance(self.now) {
+                Some(PinAction::Usart(sent)) => {
+                    self.nrf51.receive(sent.byte, sent.baud, self.now);
+                }
+                Some(PinAction::Spi(end, byte)) => self.buses.exchange(&mut self.f405, byte, end),
+                Some(PinAction::I2c(bus, end, action)) => {
+                    self.buses.perform(&mut self.f405, bus, action, end);
+                }
+                None => {}
             }
             if self.f405.take_watchdog_expiry() {
                 self.reset_request = Some(ResetCause::IndependentWatchdog);
@@ -367,6 +379,7 @@ impl Board for CrazyflieBoard {
 
     fn write(&mut self, address: u32, width: Width, value: u32) {
         self.f405.write(address, width, value);
+        self.buses.after_write(&mut self.f405, self.now);
         self.after_access();
         // LEDs and motors depend on TIM2, TIM4, the ports and the clocks.
         if matches!(address >> 10, 0x10_0000 | 0x10_0002 | 0x10_0080..=0x10_008e) {
@@ -382,6 +395,22 @@ impl Board for CrazyflieBoard {
         self.f405.core_clock_hz()
     }
 
+    fn wants_memory(&self) -> bool {
+        self.f405.wants_memory()
+    }
+
+    fn next_transfer(&mut self) -> Option<Transfer> {
+        let transfer = self.f405.next_transfer();
+        self.after_access();
+        transfer
+    }
+
+    fn program(&mut self, address: u32, _old: u16, _new: u16) -> Option<FlashChange> {
+        self.f405.program(address);
+        self.after_access();
+        None
+    }
+
     fn take_reset_request(&mut self) -> Option<ResetCause> {
         self.reset_request.take()
     }
@@ -394,6 +423,7 @@ impl Board for CrazyflieBoard {
         }
         self.f405.set_oscillators(self.chip.lsi_hz, self.chip.has_crystal);
         self.f405.reset(cause);
+        self.buses.after_write(&mut self.f405, self.now);
         if let MemoryContent::Noise { seed } = self.chip.memory {
             self.noise = Random::new(seed);
         }

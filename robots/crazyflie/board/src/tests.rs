@@ -250,13 +250,13 @@ fn the_watchdog_resets_the_chip_and_the_cause_is_kept() {
 #[test]
 fn registers_without_model_are_storage_and_listed() {
     let mut board = board();
-    write(&mut board, RCC + 0x30, 0xf | 1 << 22);
-    // DMA2_S1NDTR.
-    write(&mut board, 0x4002_642c, 0x1234_5678);
-    board.write(0x4002_642d, Width::Byte, 0xff);
-    assert_eq!(read(&mut board, 0x4002_642c), 0x1234_ff78);
-    assert_eq!(board.read(0x4002_642e, Width::Half), 0x1234);
-    assert_eq!(board.statistics().unknown, [0x4002_642c]);
+    write(&mut board, RCC + 0x40, 1 << 25);
+    // CAN1_BTR.
+    write(&mut board, 0x4000_641c, 0x1234_5678);
+    board.write(0x4000_641d, Width::Byte, 0xff);
+    assert_eq!(read(&mut board, 0x4000_641c), 0x1234_ff78);
+    assert_eq!(board.read(0x4000_641e, Width::Half), 0x1234);
+    assert_eq!(board.statistics().unknown, [0x4000_641c]);
 }
 
 #[test]
