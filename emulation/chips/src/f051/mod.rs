@@ -21,9 +21,7 @@ use self::rcc::{Clocks, Rcc};
 use self::spi::Spi;
 use crate::stm32::watchdog::APB1_FREEZE;
 use crate::stm32::{ErrorLog, Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Watchdog, Write};
-use crate::{
-    BusAction, BusRelease, HardwareError, Lines, ResetCause, Time, Transfer, Width,
-};
+use crate::{BusAction, BusRelease, HardwareError, Lines, ResetCause, Time, Transfer, Width};
 
 /// For each timer its first address (RM0091 table 1), its kind, and its interrupt (table 36). For
 /// TIM1 this is the update interrupt, and the next one is the compare interrupt.

@@ -285,11 +285,7 @@ mod tests {
         let mut dma = Dma::new();
         set_up(&mut dma, 7, 3);
         assert!(!dma.is_on());
-        write(
-            &mut dma,
-            register(7, 0),
-            CHANNEL_5 | CR_MINC | CR_DIR_TO_PERIPHERAL | TCIE | CR_EN,
-        );
+        write(&mut dma, register(7, 0), CHANNEL_5 | CR_MINC | CR_DIR_TO_PERIPHERAL | TCIE | CR_EN);
         assert_eq!(dma.first_due(|_, channel| channel == 4), None, "another channel");
         for (at, one_left) in [(0, false), (1, true), (2, false)] {
             assert_eq!(dma.first_due(|index, channel| (index, channel) == (7, 5)), Some(7));

@@ -330,14 +330,10 @@ impl I2c {
 
     fn status_2(&self) -> u32 {
         let is_busy = self.is_master || self.is_held || self.busy.is_some();
-        [
-            (self.is_master, SR2_MSL),
-            (is_busy, SR2_BUSY),
-            (self.is_transmitter, SR2_TRA),
-        ]
-        .into_iter()
-        .filter(|(is_set, _)| *is_set)
-        .fold(0, |status, (_, bit)| status | bit)
+        [(self.is_master, SR2_MSL), (is_busy, SR2_BUSY), (self.is_transmitter, SR2_TRA)]
+            .into_iter()
+            .filter(|(is_set, _)| *is_set)
+            .fold(0, |status, (_, bit)| status | bit)
     }
 
     fn read_data(&mut self, now: Time) -> u32 {

@@ -56,7 +56,8 @@ impl Buses {
     pub fn after_write(&mut self, f405: &mut F405, now: Time) {
         for (bus, lines) in I2C_PINS.into_iter().enumerate() {
             // The lines are open drain: nothing drives them high.
-            let [scl, sda] = lines.map(|(port, pin)| f405.ports[port].pin(pin) != Pin::Level(false));
+            let [scl, sda] =
+                lines.map(|(port, pin)| f405.ports[port].pin(pin) != Pin::Level(false));
             if let Some(release) = f405.take_i2c_release(bus) {
                 self.i2c[bus].release(release, &mut [], now);
             }

@@ -13,8 +13,9 @@ use bittybuzz_chips::f051::{F051, FLASH_SIZE, PinAction};
 use bittybuzz_chips::nrf24::{Nrf24, PowerDetector, RadioStatistics, SPI_LIMIT_HZ, Transmission};
 use bittybuzz_chips::stm32::{Pin, Pwm};
 use bittybuzz_chips::{
-    Board, BoardEvent, BoardLed, BusAction, ChipProperties, CoreKind, CoreStart, FlashChange, HardwareError,
-    Lines, MemoryContent, MemoryMap, ReceptionEvent, ResetCause, Time, Transfer, Width,
+    Board, BoardEvent, BoardLed, BusAction, ChipProperties, CoreKind, CoreStart, FlashChange,
+    HardwareError, Lines, MemoryContent, MemoryMap, ReceptionEvent, ResetCause, Time, Transfer,
+    Width,
 };
 
 use self::i2c::Devices;
