@@ -18,6 +18,16 @@ pub trait I2cDevice {
 
     /// Handles a stop condition.
     fn stop(&mut self, now: Time);
+
+    /// Returns true while the chip drives SDA low outside of a transfer. The master then cannot send
+    /// a start condition.
+    fn holds_sda(&self) -> bool {
+        false
+    }
+
+    /// Handles a pulse of SCL outside of a transfer, with which a master clears the bus (UM10204
+    /// 3.1.16).
+    fn clock_pulse(&mut self) {}
 }
 
 /// A chip on an SPI bus, with a line that selects it.

@@ -28,6 +28,7 @@ mod board;
 mod chip;
 mod clock;
 mod device;
+pub mod devices;
 mod event;
 pub mod f051;
 pub mod f405;
