@@ -15,6 +15,7 @@
 //! Where a source is silent, a comment says "choice".
 
 pub mod bmi088;
+pub mod bmp388;
 mod register_pointer;
 mod sample_clock;
 mod sda_hold;

@@ -24,6 +24,11 @@ impl RegisterPointer {
         Some(self.register)
     }
 
+    /// Treats the next written byte as the address of a register.
+    pub(super) fn expect_register(&mut self) {
+        self.expects_register = true;
+    }
+
     /// Returns the register, and selects the next one.
     pub(super) fn increment(&mut self) -> u8 {
         let register = self.register;

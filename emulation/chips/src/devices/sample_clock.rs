@@ -8,8 +8,8 @@ pub(super) struct SampleClock {
     begin: Time,
     /// The rate in 10⁻¹² Hz.
     pico_hz: u64,
-    /// Samples since `begin`.
-    taken: u64,
+    /// Periods from `begin` to the next sample.
+    periods: u64,
 }
 
 impl SampleClock {
@@ -19,12 +19,17 @@ impl SampleClock {
     /// `deviation_ppm`: deviation from the nominal rate, in millionths of it.
     pub(super) fn new(begin: Time, micro_hz: u64, deviation_ppm: i32) -> Self {
         let millionths = 1_000_000_u64.saturating_add_signed(deviation_ppm.into());
-        SampleClock { begin, pico_hz: micro_hz * millionths, taken: 0 }
+        SampleClock { begin, pico_hz: micro_hz * millionths, periods: 1 }
+    }
+
+    /// Returns a clock whose first sample is at `first`.
+    pub(super) fn with_first(first: Time, micro_hz: u64, deviation_ppm: i32) -> Self {
+        SampleClock { periods: 0, ..SampleClock::new(first, micro_hz, deviation_ppm) }
     }
 
     /// Returns the time of the next sample.
     pub(super) fn next(&self) -> Time {
-        let periods = u128::from(self.taken) + 1;
+        let periods = u128::from(self.periods);
         let picos = (periods * 1_000_000_000_000_000_000_000_000).div_ceil(self.pico_hz.into());
         self.begin + Time::from_picos(u64::try_from(picos).unwrap_or(u64::MAX))
     }
@@ -33,7 +38,7 @@ impl SampleClock {
     pub(super) fn take_due(&mut self, now: Time) -> Option<Time> {
         let at = self.next();
         (at <= now).then(|| {
-            self.taken += 1;
+            self.periods += 1;
             at
         })
     }
