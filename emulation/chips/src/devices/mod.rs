@@ -16,6 +16,7 @@
 
 pub mod bmi088;
 pub mod bmp388;
+pub mod eeprom_24aa64;
 mod register_pointer;
 mod sample_clock;
 mod sda_hold;
