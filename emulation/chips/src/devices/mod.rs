@@ -17,6 +17,7 @@
 pub mod bmi088;
 pub mod bmp388;
 pub mod eeprom_24aa64;
+pub mod pca9554;
 mod register_pointer;
 mod sample_clock;
 mod sda_hold;
