@@ -18,6 +18,7 @@ pub mod bmi088;
 pub mod bmp388;
 pub mod eeprom_24aa64;
 pub mod pca9554;
+pub mod pmw3901;
 mod register_pointer;
 mod sample_clock;
 mod sda_hold;
