@@ -134,13 +134,15 @@ impl I2cBus {
         };
     }
 
-    /// Returns true if a device holds SDA low outside of a transfer.
-    pub fn is_held(&self) -> bool {
-        match self.left_over {
+    /// Returns true if a device holds SDA low outside of a transfer: with the rest of a transfer, or
+    /// because of a fault of its own.
+    pub fn is_held(&self, devices: &[&mut dyn I2cDevice]) -> bool {
+        let by_left_over = match self.left_over {
             Some(LeftOver::Sends { bits, left }) => left > 0 && bits >> (left - 1) & 1 == 0,
             Some(LeftOver::Receives { bits }) => bits == 0,
             None => false,
-        }
+        };
+        by_left_over || devices.iter().any(|device| device.holds_sda())
     }
 
     /// Applies the levels that the firmware gives to SCL and SDA by hand; true is high, or left to
@@ -156,7 +158,8 @@ impl I2cBus {
         let [old_scl, old_sda] = std::mem::replace(&mut self.lines, [scl, sda]);
         if old_scl && !scl {
             self.clock();
-        } else if old_scl && scl && old_sda != sda && !self.is_held() {
+            devices.iter_mut().for_each(|device| device.clock_pulse());
+        } else if old_scl && scl && old_sda != sda && !self.is_held(devices) {
             // Both conditions end the transfer of the device that waits.
             self.left_over = None;
             let addressed = self.addressed.take();
@@ -247,7 +250,7 @@ mod tests {
     /// Counts the clocks by hand until SDA is high, as UM10204 3.1.16 asks for: nine at most.
     fn clocks_until_free(bus: &mut I2cBus, device: &mut Recorder) -> usize {
         let clocks = (0..).take_while(|_| {
-            let was_held = bus.is_held();
+            let was_held = bus.is_held(&[device]);
             if was_held {
                 bus.set_lines(false, true, &mut [device], NOW);
                 bus.set_lines(true, true, &mut [device], NOW);

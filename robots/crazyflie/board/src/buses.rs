@@ -1,5 +1,8 @@
 //! The buses to the sensors and the expansion port.
 
+use bittybuzz_chips::devices::bmi088::{Bmi088, Bmi088Settings};
+use bittybuzz_chips::devices::bmp388::{Bmp388, Bmp388Settings};
+use bittybuzz_chips::devices::eeprom_24aa64::Eeprom24aa64;
 use bittybuzz_chips::f405::F405;
 use bittybuzz_chips::stm32::Pin;
 use bittybuzz_chips::{BusAction, I2cBus, I2cDevice, Time};
@@ -14,20 +17,63 @@ const I2C_PINS: [[PinName; 2]; 2] = [[(1, 6), (1, 7)], [(0, 8), (2, 9)]];
 const I2C_FUNCTION: u8 = 4;
 /// MISO of SPI1.
 const MISO: PinName = (0, 6);
+/// INT3 of the BMI088, which reports a sample of the gyroscope.
+const DATA_READY: PinName = (2, 14);
+
+/// The motion of a robot that stands on the ground, in counts of ±2000 °/s and of ±24 g: an offset
+/// of the gyroscope, which is never exactly zero, and 1 g upwards.
+const AT_REST: ([i16; 3], [i16; 3]) = ([5, -3, 2], [0, 0, 1365]);
 
 /// The two I2C buses and SPI1, with the chips on them.
-#[derive(Default)]
 pub(crate) struct Buses {
     i2c: [I2cBus; 2],
     /// True for each I2C bus whose SDA a chip holds low.
     held: [bool; 2],
+    imu: Bmi088,
+    barometer: Bmp388,
+    memory: Eeprom24aa64,
+    /// The level of [`DATA_READY`].
+    data_ready: bool,
 }
 
 impl Buses {
-    /// Pulls the lines of the I2C buses up.
-    pub fn connect(&self, f405: &mut F405) {
+    /// Creates the chips, whose power is turned on at `now`, and pulls the lines of the I2C buses
+    /// up.
+    pub fn new(f405: &mut F405, now: Time) -> Self {
         for (port, pin) in I2C_PINS.into_iter().flatten() {
             f405.drive(port, pin, true);
+        }
+        let (port, pin) = DATA_READY;
+        f405.drive(port, pin, false);
+        let mut imu = Bmi088::new(Bmi088Settings::default(), now);
+        imu.set_motion(AT_REST.0, AT_REST.1, now);
+        Buses {
+            i2c: Default::default(),
+            held: [false; 2],
+            imu,
+            barometer: Bmp388::new(Bmp388Settings::default(), now),
+            memory: Eeprom24aa64::erased(),
+            data_ready: false,
+        }
+    }
+
+    /// Turns the power of all chips off and on again. Only the memory keeps its content.
+    pub fn restart(&mut self, f405: &mut F405, now: Time) {
+        let content = Box::new(*self.memory.content());
+        *self = Buses { memory: Eeprom24aa64::new(content), ..Buses::new(f405, now) };
+    }
+
+    /// Calls `action` with an I2C bus and its devices.
+    fn with_bus<R>(
+        &mut self,
+        bus: usize,
+        action: impl FnOnce(&mut I2cBus, &mut [&mut dyn I2cDevice]) -> R,
+    ) -> R {
+        let line = &mut self.i2c[bus];
+        if bus == 0 {
+            action(line, &mut [&mut self.memory])
+        } else {
+            action(line, &mut [&mut self.imu, &mut self.barometer])
         }
     }
 
@@ -36,13 +82,13 @@ impl Buses {
         let is_connected = I2C_PINS[bus]
             .iter()
             .all(|(port, pin)| f405.ports[*port].pin(*pin) == Pin::Alternate(I2C_FUNCTION));
-        let mut nothing: [&mut dyn I2cDevice; 0] = [];
         let answer = if is_connected {
-            self.i2c[bus].perform(action, &mut nothing, end)
+            self.with_bus(bus, |line, devices| line.perform(action, devices, end))
         } else {
             I2cBus::default().perform(action, &mut [], end)
         };
         f405.i2c_answered(bus, action, answer, end);
+        self.settle_data_ready(f405);
     }
 
     /// Exchanges a byte of SPI1. Without a selected chip, MISO has the level of its pin.
@@ -52,17 +98,43 @@ impl Buses {
         f405.spi_received(answer, end);
     }
 
+    /// Returns the time of the next change at a pin of a chip.
+    pub fn next_event(&self) -> Option<Time> {
+        self.imu.next_event()
+    }
+
+    /// Handles the changes at the pins of the chips until `now`.
+    pub fn advance(&mut self, f405: &mut F405, now: Time) {
+        if self.imu.next_event().is_some_and(|at| at <= now) {
+            self.imu.advance(now);
+            self.settle_data_ready(f405);
+        }
+    }
+
+    fn settle_data_ready(&mut self, f405: &mut F405) {
+        // The pin of the STM32 has neither pull-up nor pull-down; it reads as low until the chip
+        // drives it.
+        let level = self.imu.int3().unwrap_or(false);
+        if level != std::mem::replace(&mut self.data_ready, level) {
+            let (port, pin) = DATA_READY;
+            f405.drive(port, pin, level);
+        }
+    }
+
     /// Applies what a write of the firmware has changed at the pins of the buses.
     pub fn after_write(&mut self, f405: &mut F405, now: Time) {
         for (bus, lines) in I2C_PINS.into_iter().enumerate() {
             // The lines are open drain: nothing drives them high.
             let [scl, sda] =
                 lines.map(|(port, pin)| f405.ports[port].pin(pin) != Pin::Level(false));
-            if let Some(release) = f405.take_i2c_release(bus) {
-                self.i2c[bus].release(release, &mut [], now);
-            }
-            self.i2c[bus].set_lines(scl, sda, &mut [], now);
-            let is_held = self.i2c[bus].is_held();
+            let release = f405.take_i2c_release(bus);
+            let is_held = self.with_bus(bus, |line, devices| {
+                if let Some(release) = release {
+                    line.release(release, devices, now);
+                }
+                line.set_lines(scl, sda, devices, now);
+                line.is_held(devices)
+            });
             if is_held != std::mem::replace(&mut self.held[bus], is_held) {
                 let (port, pin) = lines[1];
                 f405.drive(port, pin, !is_held);

@@ -135,24 +135,24 @@ impl CrazyflieBoard {
     /// Creates a Crazyflie whose power was just turned on.
     pub fn new(settings: CrazyflieVariation) -> Self {
         let chip = ChipProperties::default();
+        let mut f405 = F405::new(settings.unique_id, &settings.device_type, chip.lsi_hz);
         let mut board = CrazyflieBoard {
             now: Time::ZERO,
             next: None,
-            f405: F405::new(settings.unique_id, &settings.device_type, chip.lsi_hz),
+            buses: Buses::new(&mut f405, Time::ZERO),
+            f405,
             chip,
             next_chip: chip,
             next_otp: None,
             last_reset: ResetCause::PowerOn,
             noise: Random::new(0),
             nrf51: Nrf51::new(),
-            buses: Buses::default(),
             leds: [false; LEDS.len()],
             motors: [Pwm::LOW; MOTORS.len()],
             reset_request: None,
             power_is_off: false,
             events: Vec::new(),
         };
-        board.buses.connect(&mut board.f405);
         board.settle();
         board
     }
@@ -179,7 +179,8 @@ impl CrazyflieBoard {
     }
 
     fn find_next_event(&self) -> Option<Time> {
-        let events = self.f405.next_event().into_iter().chain(self.nrf51.next_event(self.now));
+        let chips = self.f405.next_event().into_iter().chain(self.nrf51.next_event(self.now));
+        let events = chips.chain(self.buses.next_event());
         // An event that needs a stopped clock never comes.
         events.min().filter(|at| *at < Time::NEVER)
     }
@@ -356,6 +357,7 @@ impl Board for CrazyflieBoard {
                 }
                 None => {}
             }
+            self.buses.advance(&mut self.f405, self.now);
             if self.f405.take_watchdog_expiry() {
                 self.reset_request = Some(ResetCause::IndependentWatchdog);
             }
@@ -428,6 +430,7 @@ impl Board for CrazyflieBoard {
             self.noise = Random::new(seed);
         }
         if cause == ResetCause::PowerOn {
+            self.buses.restart(&mut self.f405, self.now);
             match self.chip.memory {
                 MemoryContent::Kept => {}
                 MemoryContent::Zeroed => self.f405.fill_backup(|| 0),
