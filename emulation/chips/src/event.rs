@@ -23,6 +23,8 @@ pub enum BoardEvent {
         /// The frequency of the pulses in Hz; 0 for a constant level.
         frequency_hz: f64,
     },
+    /// The body of a flying robot moved.
+    Motion(BodyMotion),
     /// The firmware sent a frame to the radio's processor.
     Syslink {
         /// Type byte of the frame.
@@ -79,6 +81,19 @@ pub enum BoardEvent {
     Loader(Bootloader),
     /// The firmware performs an action that the chip does not allow.
     HardwareError(HardwareError),
+}
+
+/// The true motion of a robot's body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyMotion {
+    /// Position of the center of mass in the world frame, in m; z is up.
+    pub position_m: [f64; 3],
+    /// Velocity in the world frame, in m/s.
+    pub velocity_m_s: [f64; 3],
+    /// Rotation from the body frame to the world frame: x, y, z and w of a quaternion.
+    pub attitude: [f64; 4],
+    /// True once the robot crashed.
+    pub has_crashed: bool,
 }
 
 /// A program that receives new firmware.

@@ -46,7 +46,7 @@ pub use board::{Board, CoreKind, CoreStart, MemoryMap};
 pub use chip::ChipProperties;
 pub use clock::CoreClock;
 pub use device::{I2cDevice, SpiDevice};
-pub use event::{BoardEvent, BoardLed, Bootloader, HardwareError, ResetCause};
+pub use event::{BoardEvent, BoardLed, BodyMotion, Bootloader, HardwareError, ResetCause};
 pub use f051::{FlashChange, FlashContent};
 pub use i2c_bus::{BusAction, BusAnswer, BusRelease, I2cBus};
 pub use memory::MemoryContent;
@@ -54,8 +54,8 @@ pub use nrf24::{
     Nrf24Packet, PAYLOAD_MAX as RADIO_MAX, PowerDetector, RadioStatistics, Transmission,
 };
 pub use nrf51::{
-    Battery, FRAME_PAYLOAD_MAX, LineQuality, LinkFrame, Nrf51Settings, P2P_MAX, P2pFrame,
-    UprightPose,
+    Battery, ExternalPose, FRAME_PAYLOAD_MAX, LineQuality, LinkFrame, Nrf51Settings, P2P_MAX,
+    P2pFrame,
 };
 pub use stm32::{Lines, Transfer, Width};
 pub use time::Time;

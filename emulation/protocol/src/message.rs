@@ -297,6 +297,24 @@ pub enum Command {
         /// function's path contains.
         symbol: String,
     },
+    /// Gives a Crazyflie a body in the physics, which stands on the ground: its sensors measure the motion,
+    /// and its motors move it.
+    Body {
+        /// The build of the robot and the noise of its sensors.
+        seed: u64,
+        /// Position along x in mm.
+        #[serde(default)]
+        x_mm: f64,
+        /// Position along y in mm.
+        #[serde(default)]
+        y_mm: f64,
+        /// Direction of the robot's nose in degrees, from x towards y.
+        #[serde(default)]
+        yaw_degrees: f64,
+        /// Time in ms between two poses that motion capture sends the robot; 0 for no poses.
+        #[serde(default)]
+        pose_ms: u32,
+    },
     /// Opens a door for ground stations: CRTP packets in UDP datagrams at a port of this computer.
     Door {
         /// The port. cflib looks for robots at 19850 to 19859.
@@ -434,6 +452,17 @@ pub enum EmulatorEvent {
         /// Frequency of the PWM signal in Hz; 0 for a constant level.
         frequency_hz: f64,
     },
+    /// The body of a flying robot moved: its true motion, 50 times per second.
+    Motion {
+        /// Position of the center of mass in m; z is up.
+        position_m: [f64; 3],
+        /// Velocity in m/s.
+        velocity_m_s: [f64; 3],
+        /// Rotation from the body frame to the world frame: x, y, z and w of a quaternion.
+        attitude: [f64; 4],
+        /// True once the robot crashed.
+        crashed: bool,
+    },
     /// The firmware sent a syslink frame.
     Syslink {
         /// Type byte.
@@ -563,6 +592,10 @@ impl From<chips::BoardEvent> for EmulatorEvent {
             }
             chips::BoardEvent::Motor { number, duty, frequency_hz } => {
                 EmulatorEvent::Motor { number, duty, frequency_hz }
+            }
+            chips::BoardEvent::Motion(motion) => {
+                let chips::BodyMotion { position_m, velocity_m_s, attitude, has_crashed } = motion;
+                EmulatorEvent::Motion { position_m, velocity_m_s, attitude, crashed: has_crashed }
             }
             chips::BoardEvent::Syslink { kind, payload, intact } => {
                 EmulatorEvent::Syslink { kind, payload, intact }

@@ -357,6 +357,14 @@ impl Emulated {
                     robot.has_failed(tick, fault);
                 }
             }
+            EmulatorEvent::Motion { position_m: [x, y, z], attitude: [qx, qy, qz, qw], .. } => {
+                // The direction of the body's x axis, seen from above.
+                let ahead = 1.0 - 2.0 * (qy * qy + qz * qz);
+                let left = 2.0 * (qx * qy + qw * qz);
+                let [x, y, z] = [x, y, z].map(|m| (m * 1000.0) as f32);
+                let pose = Pose { x, y, z, heading: left.atan2(ahead) as f32 };
+                world.move_to(self.id, pose).expect(IN_WORLD);
+            }
             EmulatorEvent::Step => {
                 world.brain_mut(self.id).expect(IN_WORLD).has_stepped();
             }

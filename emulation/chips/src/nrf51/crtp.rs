@@ -11,22 +11,32 @@ const GENERIC_LOCALIZATION: u8 = 6 << 4 | 3 << 2 | 1;
 /// byte first.
 const EXTERNAL_POSE: u8 = 8;
 
-/// The robot's upright pose, measured by a positioning system.
+/// The robot's pose, measured by a positioning system.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UprightPose {
-    /// x, y and z (up) in mm.
-    pub position_mm: [f32; 3],
-    /// Direction of the robot's nose in degrees, from x towards y.
-    pub yaw_degrees: f32,
+pub struct ExternalPose {
+    /// x, y and z (up) in m.
+    pub position_m: [f32; 3],
+    /// Rotation from the body frame to the world frame: x, y, z and w of a quaternion.
+    pub attitude: [f32; 4],
 }
 
-impl UprightPose {
+impl ExternalPose {
+    /// Returns the pose of an upright robot.
+    ///
+    /// # Parameters
+    /// `yaw_degrees`: direction of the robot's nose in degrees, from x towards y.
+    pub fn upright(position_mm: [f32; 3], yaw_degrees: f32) -> Self {
+        let half = f64::from(yaw_degrees).to_radians() / 2.0;
+        ExternalPose {
+            position_m: position_mm.map(|mm| mm / 1000.0),
+            attitude: [0.0, 0.0, half.sin() as f32, half.cos() as f32],
+        }
+    }
+
     /// Returns the packet that a ground station sends.
     pub fn frame(&self) -> LinkFrame {
-        let half = f64::from(self.yaw_degrees).to_radians() / 2.0;
-        let quaternion = [0.0, 0.0, half.sin() as f32, half.cos() as f32];
         let mut payload = vec![GENERIC_LOCALIZATION, EXTERNAL_POSE];
-        let numbers = self.position_mm.iter().map(|mm| mm / 1000.0).chain(quaternion);
+        let numbers = self.position_m.into_iter().chain(self.attitude);
         payload.extend(numbers.flat_map(f32::to_le_bytes));
         LinkFrame { kind: RADIO_RAW, payload }
     }
@@ -39,7 +49,7 @@ mod tests {
     /// A quarter turn to the left is (0, 0, sin 45°, cos 45°).
     #[test]
     fn a_packet_of_thirty_bytes() {
-        let pose = UprightPose { position_mm: [1500.0, -250.0, 1000.0], yaw_degrees: 90.0 };
+        let pose = ExternalPose::upright([1500.0, -250.0, 1000.0], 90.0);
         let frame = pose.frame();
         let half = std::f32::consts::FRAC_1_SQRT_2;
         let numbers: Vec<u8> = [1.5, -0.25, 1.0, 0.0, 0.0, half, half]

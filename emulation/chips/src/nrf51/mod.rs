@@ -11,7 +11,7 @@ mod peer;
 mod radio;
 mod syslink;
 
-pub use crtp::UprightPose;
+pub use crtp::ExternalPose;
 pub use link::LineQuality;
 pub use p2p::{P2P_MAX, P2pFrame};
 

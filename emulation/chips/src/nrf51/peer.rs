@@ -272,6 +272,11 @@ impl Nrf51 {
         self.battery = battery;
     }
 
+    /// Sets the voltage of the battery.
+    pub fn set_volts(&mut self, volts: f32) {
+        self.battery.volts = volts;
+    }
+
     /// Stops the UART's reception (`true`) or resumes it.
     pub fn set_stopped(&mut self, stopped: bool, now: Time) {
         self.state.stopped = stopped;

@@ -1,34 +1,50 @@
 //! The body of a flying Crazyflie: the forces of its motors, and the truth that its sensors measure.
 
-use bittybuzz_chips::Time;
+use bittybuzz_chips::{BodyMotion, ExternalPose, Time};
 use bittybuzz_crazyflie_physics::sensors::{
-    Barometer, FlowCounts, FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuCounts,
-    ImuSettings,
+    Barometer, Imu, ImuCounts, ImuSettings, MotionCapture, MotionCaptureSettings,
 };
-use bittybuzz_crazyflie_physics::{Airframe, Drone, DroneState, DroneSurroundings};
+use bittybuzz_crazyflie_physics::{Airframe, Drone, DroneSurroundings};
 
 /// Time of a step of the physics.
 const STEP: Time = Time::from_millis(1);
 /// Steps between two measurements of the pressure: 50 Hz, as Bitcraze's firmware sets the chip up.
 const PRESSURE_STEPS: u64 = 20;
+/// Steps between two reports of the motion.
+const REPORT_STEPS: u64 = 20;
 
-/// The measurements of a step, in the units of the chips.
+/// The place where a body begins, and the room around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sensed {
-    pub(crate) inertial: Option<ImuCounts>,
-    pub(crate) flow: Option<FlowCounts>,
-    pub(crate) range: Option<HeightReading>,
-    /// Pressure in Pa.
-    pub(crate) pressure_pa: Option<f64>,
+pub struct BodySettings {
+    /// The build, and the noise of the sensors.
+    pub seed: u64,
+    /// Position along x and y in m.
+    pub place_m: [f64; 2],
+    /// Direction of the robot's nose in radians, from x towards y.
+    pub yaw_rad: f64,
+    /// Time in ms between two poses of motion capture; `None` for no poses.
+    pub pose_ms: Option<u32>,
 }
 
-/// A body in the physics of a Crazyflie 2.1+, with the sensors of the robot and of a Flow deck.
+/// The measurements of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sensed {
+    /// Counts of the inertial sensors.
+    pub(crate) inertial: Option<ImuCounts>,
+    /// Pressure in Pa.
+    pub(crate) pressure_pa: Option<f64>,
+    /// A pose that arrived by radio.
+    pub(crate) pose: Option<ExternalPose>,
+    /// The true motion, if a report is due.
+    pub(crate) motion: Option<BodyMotion>,
+}
+
+/// A body in the physics of a Crazyflie 2.1+, with its sensors.
 pub(crate) struct FlightBody {
     drone: Drone,
     imu: Imu,
-    flow: FlowSensor,
-    height: HeightSensor,
     barometer: Barometer,
+    capture: Option<MotionCapture>,
     surroundings: DroneSurroundings,
     /// The end of the next step.
     next: Time,
@@ -36,20 +52,19 @@ pub(crate) struct FlightBody {
 
 impl FlightBody {
     /// Returns a body that stands on the ground from `now` on.
-    ///
-    /// # Parameters
-    /// * `seed`: the build and the noise of its sensors.
-    /// * `place_m`: position along x and y in m, and the yaw in radians.
-    pub(crate) fn new(seed: u64, place_m: [f64; 2], yaw_rad: f64, now: Time) -> Self {
+    pub(crate) fn new(settings: &BodySettings, now: Time) -> Self {
+        let BodySettings { seed, place_m, yaw_rad, pose_ms } = *settings;
         let airframe = Airframe::CRAZYFLIE_2_1_PLUS;
         let mut drone = Drone::new(airframe, seed);
         drone.stand(0.0, place_m[0], place_m[1], yaw_rad);
         FlightBody {
             drone,
             imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
-            flow: FlowSensor::new(FlowSettings::PMW3901, seed),
-            height: HeightSensor::new(seed),
             barometer: Barometer::new(seed),
+            capture: pose_ms.map(|period_steps| {
+                let room = MotionCaptureSettings { period_steps, ..MotionCaptureSettings::ROOM };
+                MotionCapture::new(room, seed)
+            }),
             surroundings: DroneSurroundings::default(),
             next: now + STEP,
         }
@@ -68,25 +83,77 @@ impl FlightBody {
         self.next = self.next + STEP;
         self.drone.step(duties, &self.surroundings);
         let state = self.drone.state();
-        let ground_m = self.surroundings.ground_m;
+        let is_due = |period| state.steps.is_multiple_of(period);
+        let pose = self.capture.as_mut().and_then(|capture| capture.sample(state));
         Sensed {
             inertial: self.imu.sample(state),
-            flow: self.flow.sample(state, ground_m),
-            range: self.height.sample(state, ground_m),
-            pressure_pa: state
-                .steps
-                .is_multiple_of(PRESSURE_STEPS)
-                .then(|| self.barometer.measure(state)),
+            pressure_pa: is_due(PRESSURE_STEPS).then(|| self.barometer.measure(state)),
+            pose: pose.map(|pose| ExternalPose {
+                position_m: pose.position_m.as_vec3().to_array(),
+                attitude: pose.attitude.as_quat().to_array(),
+            }),
+            motion: is_due(REPORT_STEPS).then(|| BodyMotion {
+                position_m: state.position_m.to_array(),
+                velocity_m_s: state.velocity_m_s.to_array(),
+                attitude: state.attitude.to_array(),
+                has_crashed: self.drone.has_crashed(),
+            }),
         }
-    }
-
-    /// Returns the motion of the body.
-    pub(crate) fn state(&self) -> &DroneState {
-        self.drone.state()
     }
 
     /// Returns the voltage of the battery in V.
     pub(crate) fn battery_volts(&self) -> f64 {
         self.drone.battery_volts()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SETTINGS: BodySettings =
+        BodySettings { seed: 1, place_m: [0.5, -0.25], yaw_rad: 0.0, pose_ms: Some(10) };
+
+    /// Returns the measurements of a body that stands for a second, and then has these duties for one.
+    fn measured(duties: [f64; 4]) -> (FlightBody, Vec<Sensed>) {
+        let mut body = FlightBody::new(&SETTINGS, Time::ZERO);
+        let mut sensed: Vec<Sensed> = (0..1000).map(|_| body.step([0.0; 4])).collect();
+        sensed.extend((0..1000).map(|_| body.step(duties)));
+        (body, sensed)
+    }
+
+    /// 1 g is 1,365 of 65,536 counts for 48 g, within the offset of 20 mg and vibration.
+    #[test]
+    fn a_standing_body_measures_its_weight() {
+        let (body, sensed) = measured([0.0; 4]);
+        assert_eq!(body.next_step(), Time::from_millis(2001));
+        let up = sensed.iter().filter_map(|one| one.inertial).map(|counts| counts.accel[2]);
+        assert!(up.clone().count() == 2000 && up.into_iter().all(|z| (z - 1365).abs() < 60));
+        let pressures = sensed.iter().filter_map(|one| one.pressure_pa);
+        assert!(
+            pressures.clone().count() == 100
+                && pressures.into_iter().all(|pa| (pa - 101_325.0).abs() < 6.0)
+        );
+    }
+
+    /// Poses come each 10 ms, 10 ms late, and 1 % of them is lost; reports each 20 ms.
+    #[test]
+    fn poses_and_reports_have_their_rates() {
+        let (_, sensed) = measured([0.0; 4]);
+        let poses: Vec<ExternalPose> = sensed.iter().filter_map(|one| one.pose).collect();
+        assert!((190..=199).contains(&poses.len()), "{}", poses.len());
+        assert!(poses.iter().all(|pose| (pose.position_m[0] - 0.5).abs() < 0.004));
+        assert_eq!(sensed.iter().filter(|one| one.motion.is_some()).count(), 100);
+    }
+
+    /// Equal duties tip a robot whose motors differ, but only after it has risen.
+    #[test]
+    fn motors_lift_the_body_and_take_charge() {
+        let mut body = FlightBody::new(&SETTINGS, Time::ZERO);
+        let idle_volts = body.battery_volts();
+        let sensed: Vec<Sensed> = (0..300).map(|_| body.step([0.8; 4])).collect();
+        let last = sensed.iter().filter_map(|one| one.motion).next_back().expect("reports");
+        assert!(last.position_m[2] > 0.035 && !last.has_crashed, "{last:?}");
+        assert!(body.battery_volts() < idle_volts - 0.2);
     }
 }

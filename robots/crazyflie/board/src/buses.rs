@@ -20,6 +20,9 @@ const MISO: PinName = (0, 6);
 /// INT3 of the BMI088, which reports a sample of the gyroscope.
 const DATA_READY: PinName = (2, 14);
 
+/// Temperature of the barometer in °C (choice).
+const TEMPERATURE_C: f64 = 25.0;
+
 /// The motion of a robot that stands on the ground, in counts of ±2000 °/s and of ±24 g: an offset
 /// of the gyroscope, which is never exactly zero, and 1 g upwards.
 const AT_REST: ([i16; 3], [i16; 3]) = ([5, -3, 2], [0, 0, 1365]);
@@ -61,6 +64,16 @@ impl Buses {
     pub fn restart(&mut self, f405: &mut F405, now: Time) {
         let content = Box::new(*self.memory.content());
         *self = Buses { memory: Eeprom24aa64::new(content), ..Buses::new(f405, now) };
+    }
+
+    /// Sets the motion that the inertial sensors measure from now on, in counts of their largest ranges.
+    pub fn set_motion(&mut self, rate_counts: [i16; 3], force_counts: [i16; 3], now: Time) {
+        self.imu.set_motion(rate_counts, force_counts, now);
+    }
+
+    /// Sets the pressure that the barometer measures from now on, in Pa.
+    pub fn set_pressure(&mut self, pressure_pa: f64, now: Time) {
+        self.barometer.set_air(pressure_pa, TEMPERATURE_C, now);
     }
 
     /// Calls `action` with an I2C bus and its devices.

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use bittybuzz_chips::f405::OTP;
 use bittybuzz_chips::{
-    Battery, ChipProperties, LineQuality, LinkFrame, Nrf51Settings, P2pFrame, ResetCause, Time,
-    UprightPose,
+    Battery, ChipProperties, ExternalPose, LineQuality, LinkFrame, Nrf51Settings, P2pFrame,
+    ResetCause, Time,
 };
 use bittybuzz_emulation::message::{self, BoardStatistics, Command, CrazyflieStatistics};
-use bittybuzz_emulation::{CommandRefusal, Control, lsi, probability};
+use bittybuzz_emulation::{CommandRefusal, Control, finite, lsi, probability};
 
-use crate::{CrazyflieBoard, Statistics};
+use crate::{BodySettings, CrazyflieBoard, Statistics};
 
 impl Control for CrazyflieBoard {
     const NAME: &'static str = "Crazyflie";
@@ -31,7 +31,7 @@ impl Control for CrazyflieBoard {
                 self.add_frame(&frame, end);
             }
             Command::Pose { x_mm, y_mm, z_mm, yaw_degrees } => {
-                self.send_pose(UprightPose { position_mm: [x_mm, y_mm, z_mm], yaw_degrees });
+                self.send_pose(ExternalPose::upright([x_mm, y_mm, z_mm], yaw_degrees));
             }
             Command::Bytes { bytes } => self.send_bytes(&bytes),
             Command::Link { lose, corrupt, seed } => {
@@ -56,6 +56,14 @@ impl Control for CrazyflieBoard {
                 self.set_battery(Battery { volts, charging, usb_powered });
             }
             Command::Shutdown => self.request_shutdown(),
+            Command::Body { seed, x_mm, y_mm, yaw_degrees, pose_ms } => {
+                self.set_body(&BodySettings {
+                    seed,
+                    place_m: [finite("x_mm", x_mm)? / 1000.0, finite("y_mm", y_mm)? / 1000.0],
+                    yaw_rad: finite("yaw_degrees", yaw_degrees)?.to_radians(),
+                    pose_ms: (pose_ms > 0).then_some(pose_ms),
+                });
+            }
             // The server opens it, and passes packets on as link frames.
             Command::Door { .. } => {}
             Command::Chip { lsi_hz, crystal, memory, seed, debugger } => {

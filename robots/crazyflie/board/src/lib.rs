@@ -1,5 +1,6 @@
 //! The board of a Crazyflie 2: an STM32F405, an nRF51822, LEDs and motors.
 
+mod body;
 mod bootloader;
 mod buses;
 mod control;
@@ -10,11 +11,13 @@ use bittybuzz_chips::f405::{F405, PinAction};
 use bittybuzz_chips::nrf51::{BAUD, Nrf51, PeerAction};
 use bittybuzz_chips::stm32::{Pin, Pwm};
 use bittybuzz_chips::{
-    Battery, Board, BoardEvent, BoardLed, ChipProperties, CoreKind, CoreStart, FlashChange,
-    LineQuality, Lines, LinkFrame, MemoryContent, MemoryMap, Nrf51Settings, P2pFrame, Random,
-    ResetCause, Time, Transfer, UprightPose, Width,
+    Battery, Board, BoardEvent, BoardLed, ChipProperties, CoreKind, CoreStart, ExternalPose,
+    FlashChange, LineQuality, Lines, LinkFrame, MemoryContent, MemoryMap, Nrf51Settings, P2pFrame,
+    Random, ResetCause, Time, Transfer, Width,
 };
 
+pub use crate::body::BodySettings;
+use crate::body::FlightBody;
 use crate::bootloader::FIRMWARE;
 use crate::buses::Buses;
 
@@ -124,6 +127,7 @@ pub struct CrazyflieBoard {
     noise: Random,
     nrf51: Nrf51,
     buses: Buses,
+    body: Option<FlightBody>,
     leds: [bool; LEDS.len()],
     motors: [Pwm; MOTORS.len()],
     reset_request: Option<ResetCause>,
@@ -147,6 +151,7 @@ impl CrazyflieBoard {
             last_reset: ResetCause::PowerOn,
             noise: Random::new(0),
             nrf51: Nrf51::new(),
+            body: None,
             leds: [false; LEDS.len()],
             motors: [Pwm::LOW; MOTORS.len()],
             reset_request: None,
@@ -180,7 +185,8 @@ impl CrazyflieBoard {
 
     fn find_next_event(&self) -> Option<Time> {
         let chips = self.f405.next_event().into_iter().chain(self.nrf51.next_event(self.now));
-        let events = chips.chain(self.buses.next_event());
+        let body = self.body.as_ref().map(FlightBody::next_step);
+        let events = chips.chain(self.buses.next_event()).chain(body);
         // An event that needs a stopped clock never comes.
         events.min().filter(|at| *at < Time::NEVER)
     }
@@ -217,6 +223,32 @@ impl CrazyflieBoard {
                 self.events.push((self.now, BoardEvent::Motor { number, duty, frequency_hz }));
             }
         }
+    }
+
+    /// Gives the robot a body in the physics from now on. Before, its sensors measure a robot at rest.
+    pub fn set_body(&mut self, settings: &BodySettings) {
+        self.body = Some(FlightBody::new(settings, self.now));
+        self.next = self.find_next_event();
+    }
+
+    /// Moves the body up to now, and passes the measurements to the sensors.
+    fn move_body(&mut self) {
+        let Some(body) = &mut self.body else { return };
+        if body.next_step() > self.now {
+            return;
+        }
+        let sensed = body.step(self.motors.map(|signal| signal.duty));
+        self.nrf51.set_volts(body.battery_volts() as f32);
+        if let Some(counts) = sensed.inertial {
+            self.buses.set_motion(counts.gyro, counts.accel, self.now);
+        }
+        if let Some(pressure_pa) = sensed.pressure_pa {
+            self.buses.set_pressure(pressure_pa, self.now);
+        }
+        if let Some(pose) = sensed.pose {
+            self.nrf51.send_frame(&pose.frame(), self.now);
+        }
+        self.events.extend(sensed.motion.map(|motion| (self.now, BoardEvent::Motion(motion))));
     }
 
     /// Returns the counters since power-on.
@@ -259,7 +291,7 @@ impl CrazyflieBoard {
     }
 
     /// Sends the robot's pose from a positioning system to the firmware, as a ground station does.
-    pub fn send_pose(&mut self, pose: UprightPose) {
+    pub fn send_pose(&mut self, pose: ExternalPose) {
         self.send(&pose.frame());
     }
 
@@ -357,6 +389,7 @@ impl Board for CrazyflieBoard {
                 }
                 None => {}
             }
+            self.move_body();
             self.buses.advance(&mut self.f405, self.now);
             if self.f405.take_watchdog_expiry() {
                 self.reset_request = Some(ResetCause::IndependentWatchdog);
