@@ -51,11 +51,20 @@ impl F405 {
                 self.stored(address)
             }
         };
-        // A read of these peripherals has side effects.
-        if matches!(base, TIM2..=TIM7 | USART3 | USART6 | I2C1 | I2C3 | SPI1 | ADC) {
+        if F405::reading_acts(address) {
             self.update_line(base);
         }
         value
+    }
+
+    /// Returns true if a read of the register at this address may have a side effect.
+    pub fn reading_acts(address: u32) -> bool {
+        let base = address & !(BLOCK - 1);
+        match base {
+            // A firmware polls CR1 while a condition is on the bus.
+            I2C1 | I2C3 => address != base,
+            _ => matches!(base, TIM2..=TIM7 | USART3 | USART6 | SPI1 | ADC),
+        }
     }
 
     fn stored(&self, address: u32) -> u32 {

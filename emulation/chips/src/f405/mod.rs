@@ -394,6 +394,11 @@ impl F405 {
         self.errors.accesses_without_clock()
     }
 
+    /// Returns true if [`take_errors`](Self::take_errors) has errors to return.
+    pub fn has_errors(&self) -> bool {
+        !self.errors.is_empty()
+    }
+
     /// Returns the errors of the firmware since the last call.
     pub fn take_errors(&mut self) -> Vec<HardwareError> {
         self.errors.take()

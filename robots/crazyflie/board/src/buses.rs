@@ -37,6 +37,8 @@ pub(crate) struct Buses {
     memory: Eeprom24aa64,
     /// The level of [`DATA_READY`].
     data_ready: bool,
+    /// The time of its next change, stored because it is read much more often than it changes.
+    next_change: Option<Time>,
 }
 
 impl Buses {
@@ -57,6 +59,7 @@ impl Buses {
             barometer: Bmp388::new(Bmp388Settings::default(), now),
             memory: Eeprom24aa64::erased(),
             data_ready: false,
+            next_change: None,
         }
     }
 
@@ -113,12 +116,12 @@ impl Buses {
 
     /// Returns the time of the next change at a pin of a chip.
     pub fn next_event(&self) -> Option<Time> {
-        self.imu.next_event()
+        self.next_change
     }
 
     /// Handles the changes at the pins of the chips until `now`.
     pub fn advance(&mut self, f405: &mut F405, now: Time) {
-        if self.imu.next_event().is_some_and(|at| at <= now) {
+        if self.next_change.is_some_and(|at| at <= now) {
             self.imu.advance(now);
             self.settle_data_ready(f405);
         }
@@ -127,6 +130,7 @@ impl Buses {
     fn settle_data_ready(&mut self, f405: &mut F405) {
         // The pin of the STM32 has neither pull-up nor pull-down; it reads as low until the chip
         // drives it.
+        self.next_change = self.imu.next_event();
         let level = self.imu.int3().unwrap_or(false);
         if level != std::mem::replace(&mut self.data_ready, level) {
             let (port, pin) = DATA_READY;

@@ -408,7 +408,9 @@ impl Board for CrazyflieBoard {
 
     fn read(&mut self, address: u32, width: Width) -> u32 {
         let value = self.f405.read(address, width);
-        self.after_access();
+        if F405::reading_acts(address) || self.f405.has_errors() {
+            self.after_access();
+        }
         value
     }
 
