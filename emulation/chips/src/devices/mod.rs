@@ -24,6 +24,7 @@ mod sample_clock;
 mod sda_hold;
 #[cfg(test)]
 mod test_bus;
+pub mod vl53l1x;
 
 use register_pointer::RegisterPointer;
 use sample_clock::SampleClock;
