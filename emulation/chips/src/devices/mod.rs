@@ -17,6 +17,7 @@
 pub mod bmi088;
 pub mod bmp388;
 pub mod eeprom_24aa64;
+pub mod one_wire;
 pub mod pca9554;
 pub mod pmw3901;
 mod register_pointer;
