@@ -75,6 +75,14 @@ impl Calibration {
     }
 }
 
+/// Returns the checksum of the calibration: CRC-8 with the polynomial 0x1d (bmp3_selftest.c of Bosch's
+/// driver).
+pub(super) fn crc(bytes: &[u8]) -> u8 {
+    !bytes.iter().fold(0xff, |crc: u8, byte| {
+        (0..8).fold(crc ^ *byte, |crc, _| crc << 1 ^ if crc & 0x80 != 0 { 0x1d } else { 0 })
+    })
+}
+
 /// Returns the value of a polynomial, whose constant comes first.
 fn polynomial(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
@@ -108,6 +116,12 @@ mod tests {
         assert!(raw_temperature.abs_diff(0x82_bad1) <= 1, "{raw_temperature:x}");
         let raw_pressure = calibration.raw_pressure(98_370.55, 25.770_746);
         assert!(raw_pressure.abs_diff(0x6b_b3cb) <= 2, "{raw_pressure:x}");
+    }
+
+    /// The check value of this algorithm in the catalog of CRCs (CRC-8/SAE-J1850).
+    #[test]
+    fn the_checksum_has_its_check_value() {
+        assert_eq!(crc(b"123456789"), 0x4b);
     }
 
     #[test]

@@ -35,6 +35,8 @@ const PWR_CTRL: u8 = 0x1b;
 const OSR: u8 = 0x1c;
 const ODR: u8 = 0x1d;
 const CONFIG: u8 = 0x1f;
+/// The checksum of the calibration.
+const CALIBRATION_CRC: u8 = 0x30;
 const CALIBRATION: u8 = 0x31;
 const CMD: u8 = 0x7e;
 const REGISTERS: usize = 0x80;
@@ -198,6 +200,7 @@ impl Bmp388 {
         let begin = usize::from(CALIBRATION);
         self.registers[begin..begin + CALIBRATION_BYTES]
             .copy_from_slice(&self.settings.calibration);
+        self.registers[usize::from(CALIBRATION_CRC)] = calibration::crc(&self.settings.calibration);
         self.clock = None;
         self.filtered = None;
         self.responds_at = now + self.settings.start_up;

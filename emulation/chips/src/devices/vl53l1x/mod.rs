@@ -94,6 +94,17 @@ pub enum RangeTarget {
     NoEcho,
 }
 
+/// The two readings of the register of the distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DistanceScale {
+    /// The register is the distance in mm, as ST's ULD driver uses it.
+    #[default]
+    Millimeters,
+    /// The distance is the register multiplied by 2011/2048, as in ST's full driver (lite ranging gain
+    /// factor) and in Pololu's library.
+    BeforeGain,
+}
+
 /// A measurement on its way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Measurement {
@@ -105,6 +116,7 @@ struct Measurement {
 
 /// A distance sensor on an I2C bus.
 pub struct Vl53l1x {
+    scale: DistanceScale,
     registers: BTreeMap<u16, u8>,
     /// The present address on the bus.
     address: u8,
@@ -128,8 +140,9 @@ impl Vl53l1x {
     ///
     /// # Parameters
     /// `is_enabled`: the level of pin XSHUT.
-    pub fn new(is_enabled: bool, now: Time) -> Self {
+    pub fn new(scale: DistanceScale, is_enabled: bool, now: Time) -> Self {
         let mut chip = Vl53l1x {
+            scale,
             registers: BTreeMap::new(),
             address: DEFAULT_ADDRESS,
             register: 0,
@@ -241,7 +254,7 @@ impl Vl53l1x {
         };
         if self.fault != Some(Vl53l1xFault::FrozenData) {
             self.registers.insert(RANGE_STATUS, status);
-            self.set_word(DISTANCE, distance_mm);
+            self.set_word(DISTANCE, self.scaled(distance_mm));
             for (register, value) in RESULTS {
                 self.set_word(register, value);
             }
@@ -255,6 +268,14 @@ impl Vl53l1x {
             let code = high | u32::from(self.word(PERIOD + 2));
             let period = timing::period(code, self.word(OSCILLATOR_CALIBRATION));
             self.begin(measurement.end.max(measurement.begin + period));
+        }
+    }
+
+    /// Returns the content of the register for a distance.
+    fn scaled(&self, distance_mm: u16) -> u16 {
+        match self.scale {
+            DistanceScale::Millimeters => distance_mm,
+            DistanceScale::BeforeGain => (f64::from(distance_mm) * 2048.0 / 2011.0).round() as u16,
         }
     }
 

@@ -37,7 +37,7 @@ impl Read for Port {
 }
 
 fn bus() -> TestBus<Vl53l1x> {
-    let bus = TestBus::new(Vl53l1x::new(true, Time::ZERO));
+    let bus = TestBus::new(Vl53l1x::new(DistanceScale::default(), true, Time::ZERO));
     bus.wait(Time::from_millis(2));
     bus
 }
@@ -145,6 +145,21 @@ fn far_surfaces_give_no_signal() {
         wait_for_result(&bus, &mut driver);
         let expected = if is_valid { RangeStatus::Valid } else { RangeStatus::SignalFailure };
         assert_eq!(driver.get_range_status().unwrap(), expected, "{mode:?} {target:?}");
+    }
+}
+
+/// ST's full driver computes 1018 × 2011 / 2048 = 999.6.
+#[test]
+fn the_register_of_the_distance_has_two_readings() {
+    for (scale, expected) in [(DistanceScale::Millimeters, 1000), (DistanceScale::BeforeGain, 1018)]
+    {
+        let bus = TestBus::new(Vl53l1x::new(scale, true, Time::ZERO));
+        bus.wait(Time::from_millis(2));
+        let mut driver = driver(&bus);
+        set_target(&bus, RangeTarget::Distance(1000));
+        driver.start_ranging().unwrap();
+        wait_for_result(&bus, &mut driver);
+        assert_eq!(driver.get_distance().unwrap(), expected);
     }
 }
 
