@@ -44,9 +44,10 @@ const TEMPERATURE_INVALID: [u8; 2] = [0x80, 0x00];
 const SENSOR_TIME_HZ: u64 = 25_600;
 /// A temperature is measured every 1.28 s (data sheet 5.3.7).
 const TEMPERATURE_MICRO_HZ: u64 = 781_250;
-/// The effect of the self-test along x, y and z, in counts at ±24 g: 0.75, 0.75 and 0.4 g (choice).
-/// The difference of both polarities is to be at least 1, 1 and 0.5 g (data sheet 4.6.1).
-const SELF_TEST_COUNTS: [i16; 3] = [1024, 1024, 546];
+/// The effect of the self-test along each axis: 0.75 g in counts at ±24 g (choice). The difference of
+/// both polarities is to be at least 1 g along x and y, and 0.5 g along z (data sheet 4.6.1); Bosch's
+/// driver cuts fractions of a g off, and therefore demands 1 g along z too.
+const SELF_TEST_COUNTS: i16 = 1024;
 
 pub(super) struct Accelerometer {
     /// The stored registers.
@@ -164,8 +165,8 @@ impl Accelerometer {
         // Range 3 is ±24 g. Each smaller one is half as large, and its counts are twice as many.
         let factor = 1 << (3 - (self.register(RANGE) & 0x03));
         let mut sample = self.force_counts;
-        for (counts, effect) in sample.iter_mut().zip(SELF_TEST_COUNTS) {
-            *counts = counts.saturating_add(sign * effect).saturating_mul(factor);
+        for counts in &mut sample {
+            *counts = counts.saturating_add(sign * SELF_TEST_COUNTS).saturating_mul(factor);
         }
         self.output.set(sample);
     }

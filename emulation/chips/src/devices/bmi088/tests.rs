@@ -266,7 +266,7 @@ fn self_tests_pass_and_fail() {
         let (positive, negative) = (response(0x0d), response(0x09));
         let difference_mg =
             [0, 1, 2].map(|axis| i32::from(positive[axis] - negative[axis]) * 24_000 / 32_768);
-        let limits_mg = [1_000, 1_000, 500];
+        let limits_mg = [1_000, 1_000, 1_000];
         let has_passed = difference_mg.iter().zip(limits_mg).all(|(found, limit)| *found >= limit);
         assert_eq!(has_passed, fault.is_none(), "{difference_mg:?}");
         bus.write(GYROSCOPE, &[0x3c, 0x01]).unwrap();
