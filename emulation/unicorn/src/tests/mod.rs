@@ -68,10 +68,23 @@ fn a_bad_store_stops_at_its_instruction() {
     // Each entry has the address, the return address, and the number of the other instructions that
     // were executed.
     let logged = words_at(&mut robot, 0, 9);
-    assert_eq!(logged[..3], [0x0800_0123, first, 0]);
+    assert_eq!(logged[..3], [0x1fff_7a13, first, 0]);
     assert_eq!(logged[3..6], [0x7000_0008, first + 4, 1]);
     assert_eq!(logged[6..], [0x5007_0004, first + 8, 2]);
     assert_eq!(words_at(&mut robot, 36, 1), [3]);
+}
+
+#[test]
+fn a_store_to_the_flash_is_reported_and_ignored() {
+    let mut robot = robot(&programs::FLASH_STORES);
+    assert_eq!(run(&mut robot, 100), Pause::Time);
+    // PGSERR is bit 7 of FLASH_SR.
+    assert_eq!(words_at(&mut robot, 0, 4), [0x0800_010c, 0, 0, 0x80]);
+    let events: Vec<EmulatorEvent> =
+        robot.take_events().into_iter().map(|event| event.event).collect();
+    let is_report = |event: &EmulatorEvent| matches!(event, EmulatorEvent::HardwareError { text } if text.contains("0x0000001a"));
+    assert_eq!(events.iter().filter(|event| is_report(event)).count(), 1, "{events:?}");
+    assert_eq!(robot.statistics().exceptions, 0);
 }
 
 #[test]

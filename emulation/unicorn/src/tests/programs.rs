@@ -336,13 +336,13 @@ pub const WATCHDOG: Program<'_> = Program {
     ],
 };
 
-/// Stores to flash, to an address without memory and to the device area. The handler logs the
+/// Stores to the unique id, to an address without memory and to the device area. The handler logs the
 /// address and the return address, and skips the instruction.
 pub const BAD_STORES: Program<'_> = Program {
     vectors: &[(1, 0x0), (3, 0x1e)],
     code: &[
         0xf04f, 0x5700, // ldr r7, =0x20000000
-        0x490b, // ldr r1, =0x08000123
+        0x490b, // ldr r1, =0x1fff7a13
         0xf04f, 0x42e0, // ldr r2, =0x70000000
         0x4b0b, // ldr r3, =0x50070004
         0x2600, // movs r6, #0
@@ -366,9 +366,37 @@ pub const BAD_STORES: Program<'_> = Program {
         0x9006, // str r0, [sp, #24]
         0x4770, // bx lr
         0x0000, // bx lr
-        0x0123, 0x0800, // .word 0x08000123
+        0x7a13, 0x1fff, // .word 0x1fff7a13
         0x0004, 0x5007, // .word 0x50070004
         0xed38, 0xe000, // .word 0xe000ed38
+    ],
+};
+
+/// Stores to the flash: a halfword through the alias at 0, a word with a new value of its address,
+/// and two words at once. Logs the new address, the content of the flash, and FLASH_SR.
+pub const FLASH_STORES: Program<'_> = Program {
+    vectors: &[(1, 0x0)],
+    code: &[
+        0xf04f, 0x5700, // ldr r7, =0x20000000
+        0x211a, // movs r1, #0x1a
+        0x2055, // movs r0, #0x55
+        0x8008, // strh r0, [r1]
+        0x4a07, // ldr r2, =0x08000100
+        0xf842, 0x0b04, // str r0, [r2], #4
+        0xc209, // stmia r2!, {r0, r3}
+        0x603a, // str r2, [r7]
+        0x4b04, // ldr r3, =0x08000100
+        0x685b, // ldr r3, [r3, #4]
+        0x607b, // str r3, [r7, #4]
+        0x880b, // ldrh r3, [r1]
+        0x60bb, // str r3, [r7, #8]
+        0x4c03, // ldr r4, =0x40023c00
+        0x68e5, // ldr r5, [r4, #12]
+        0x60fd, // str r5, [r7, #12]
+        0xe7fe, // 1: b 1b
+        0x0000, // the end of the code
+        0x0100, 0x0800, // .word 0x08000100
+        0x3c00, 0x4002, // .word 0x40023c00
     ],
 };
 

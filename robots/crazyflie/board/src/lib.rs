@@ -2,6 +2,8 @@
 
 mod body;
 mod bootloader;
+#[cfg(test)]
+mod bus_tests;
 mod buses;
 mod control;
 #[cfg(test)]

@@ -18,7 +18,7 @@ const EXTI: u32 = 0x4001_3c00;
 const IWDG: u32 = 0x4000_3000;
 
 /// Returns a board with the clocks that a firmware for the Crazyflie sets, all of them on.
-fn board() -> CrazyflieBoard {
+pub(super) fn board() -> CrazyflieBoard {
     let mut board = CrazyflieBoard::new(CrazyflieVariation::default());
     write(&mut board, FLASH_ACR, 5);
     write(&mut board, RCC, 0x0001_0083);
@@ -33,20 +33,20 @@ fn board() -> CrazyflieBoard {
     board
 }
 
-fn write(board: &mut CrazyflieBoard, address: u32, value: u32) {
+pub(super) fn write(board: &mut CrazyflieBoard, address: u32, value: u32) {
     board.write(address, Width::Word, value);
 }
 
-fn read(board: &mut CrazyflieBoard, address: u32) -> u32 {
+pub(super) fn read(board: &mut CrazyflieBoard, address: u32) -> u32 {
     board.read(address, Width::Word)
 }
 
-fn events(board: &mut CrazyflieBoard) -> Vec<BoardEvent> {
+pub(super) fn events(board: &mut CrazyflieBoard) -> Vec<BoardEvent> {
     board.take_events().into_iter().map(|(_, event)| event).collect()
 }
 
 /// Starts USART6 on PC6 and PC7 at 84 MHz / `divider`, with its receive interrupt.
-fn start_usart(board: &mut CrazyflieBoard, divider: u32) {
+pub(super) fn start_usart(board: &mut CrazyflieBoard, divider: u32) {
     write(board, GPIOC, 2 << 12 | 2 << 14);
     write(board, GPIOC + 0x20, 8 << 24 | 8 << 28);
     write(board, USART6 + 0x08, divider);
