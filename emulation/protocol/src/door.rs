@@ -4,7 +4,8 @@
 //! A datagram is one packet: its header and at most 30 bytes. A ground station looks for robots with a null
 //! packet, which gets one as the answer. The door passes at most one packet to the robot in a millisecond of
 //! its time, about as fast as a Crazyradio; others wait in the socket, as in a radio's queue, and are lost
-//! when that is full.
+//! when that is full. Bitcraze's firmware sends a packet only as the answer to one, so the door polls the robot
+//! with null packets, as a Crazyradio does.
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
@@ -23,19 +24,38 @@ pub(crate) struct Door {
     socket: UdpSocket,
     /// The ground station that sent the last packet.
     station: Option<SocketAddr>,
+    /// Calls of [`Door::poll`] without a packet since the last one.
+    idle: u32,
 }
+
+/// Milliseconds without a packet after which the robot is polled.
+const POLL_MS: u32 = 2;
 
 impl Door {
     /// Opens a door at a port of this computer.
     pub fn open(port: u16) -> io::Result<Self> {
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, port))?;
         socket.set_nonblocking(true)?;
-        Ok(Door { socket, station: None })
+        Ok(Door { socket, station: None, idle: 0 })
     }
 
-    /// Returns the next packet for the robot, and answers null packets before it. Datagrams that are no
+    /// Returns the packet that the robot gets in this millisecond, if any.
+    pub fn poll(&mut self) -> Option<Vec<u8>> {
+        if let Some(packet) = self.receive() {
+            self.idle = 0;
+            return Some(packet);
+        }
+        self.idle += 1;
+        let is_due = self.station.is_some() && self.idle >= POLL_MS;
+        is_due.then(|| {
+            self.idle = 0;
+            NULL_PACKET.to_vec()
+        })
+    }
+
+    /// Returns the next packet of a station, and answers null packets before it. Datagrams that are no
     /// packets are dropped.
-    pub fn receive(&mut self) -> Option<Vec<u8>> {
+    fn receive(&mut self) -> Option<Vec<u8>> {
         let mut room = [0; PACKET_MAX + 1];
         loop {
             let (length, from) = match self.socket.recv_from(&mut room) {
@@ -121,6 +141,16 @@ mod tests {
         assert_eq!(room[0], 0xff);
         door.send(&[0x11]);
         assert_eq!((station.recv(&mut room).unwrap(), room[0]), (1, 0x11));
+    }
+
+    #[test]
+    fn a_robot_with_a_station_is_polled() {
+        let ((mut door, address), station) = (open(), station());
+        assert!((0..10).all(|_| door.poll().is_none()), "nobody reads the answers");
+        station.send_to(&[0x3c], address).unwrap();
+        let mut polls = std::iter::repeat_with(|| door.poll()).skip_while(Option::is_none);
+        assert_eq!(polls.next(), Some(Some(vec![0x3c])));
+        assert_eq!([polls.next(), polls.next()], [Some(None), Some(Some(vec![0xff]))]);
     }
 
     #[test]

@@ -159,7 +159,7 @@ impl<R: EmulatedRobots, W: Write> Server<'_, R, W> {
     /// Passes a packet through each door to its robot.
     fn let_in(&mut self, now: Duration) -> Result<(), CommandError> {
         for (robot, door) in &mut self.doors {
-            if let Some(payload) = door.receive() {
+            if let Some(payload) = door.poll() {
                 self.robots.execute(*robot, Command::Send { kind: PACKET, payload }, now)?;
             }
         }
