@@ -13,6 +13,7 @@ use super::link::SerialLine;
 use super::radio::{Radio, RadioCounts};
 use super::syslink::{Arrived, Nrf51Parser};
 use super::{Battery, LineQuality, LinkFrame, P2pFrame};
+use crate::devices::one_wire::DeckMemories;
 use crate::serial::{self, FRAME_BITS};
 use crate::{BoardEvent, BoardLed, Time};
 
@@ -87,6 +88,7 @@ mod kind {
     pub const LED_ON: u8 = 0x17;
     pub const LED_OFF: u8 = 0x18;
     pub const ONE_WIRE_SCAN: u8 = 0x20;
+    pub const ONE_WIRE_WRITE: u8 = 0x23;
     pub const NRF_VERSION: u8 = 0x30;
     pub const DEBUG_PROBE: u8 = 0xf0;
 }
@@ -115,6 +117,8 @@ enum Stage {
 pub struct Nrf51 {
     settings: Nrf51Settings,
     battery: Battery,
+    /// The memories of the decks, behind the nRF51's one-wire bus.
+    pub decks: DeckMemories,
     line: SerialLine,
     powered: bool,
     state: VolatileState,
@@ -212,6 +216,7 @@ impl Nrf51 {
         Nrf51 {
             settings: Nrf51Settings::default(),
             battery: Battery::default(),
+            decks: DeckMemories::default(),
             line: SerialLine::default(),
             powered: true,
             state: VolatileState::new(Time::ZERO),
@@ -565,8 +570,13 @@ impl Nrf51 {
             (kind::SWITCH_OFF, _) => return self.power_off(true, now),
             (kind::LED_ON, _) => return self.set_led(true, now),
             (kind::LED_OFF, _) => return self.set_led(false, now),
-            // No deck is attached.
-            (kind::ONE_WIRE_SCAN, _) => return self.send(kind::ONE_WIRE_SCAN, &[0]),
+            (kind::ONE_WIRE_SCAN..=kind::ONE_WIRE_WRITE, _) => {
+                self.decks.set_bluetooth(self.state.ble_is_on);
+                if let Some(answer) = self.decks.answer(frame.kind(), payload) {
+                    self.send(frame.kind(), &answer);
+                }
+                return;
+            }
             (kind::NRF_VERSION, _) => {
                 let version = concat!("bittybuzz-chips ", env!("CARGO_PKG_VERSION"));
                 return self.send(kind::NRF_VERSION, version.as_bytes());

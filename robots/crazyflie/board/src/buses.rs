@@ -7,6 +7,8 @@ use bittybuzz_chips::f405::F405;
 use bittybuzz_chips::stm32::Pin;
 use bittybuzz_chips::{BusAction, I2cBus, I2cDevice, Time};
 
+use crate::flow_deck::{self, FlowDeck};
+
 /// Port and pin.
 type PinName = (usize, u8);
 
@@ -15,8 +17,9 @@ type PinName = (usize, u8);
 const I2C_PINS: [[PinName; 2]; 2] = [[(1, 6), (1, 7)], [(0, 8), (2, 9)]];
 /// The alternate function that connects these pins to I2C.
 const I2C_FUNCTION: u8 = 4;
-/// MISO of SPI1.
-const MISO: PinName = (0, 6);
+/// SCK, MISO and MOSI of SPI1, on the expansion port, and the alternate function that connects them.
+const SPI_PINS: [PinName; 3] = [(0, 5), (0, 6), (0, 7)];
+const SPI_FUNCTION: u8 = 5;
 /// INT3 of the BMI088, which reports a sample of the gyroscope.
 const DATA_READY: PinName = (2, 14);
 
@@ -35,6 +38,7 @@ pub(crate) struct Buses {
     imu: Bmi088,
     barometer: Bmp388,
     memory: Eeprom24aa64,
+    flow_deck: Option<FlowDeck>,
     /// The level of [`DATA_READY`].
     data_ready: bool,
     /// The time of its next change, stored because it is read much more often than it changes.
@@ -58,6 +62,7 @@ impl Buses {
             imu,
             barometer: Bmp388::new(Bmp388Settings::default(), now),
             memory: Eeprom24aa64::erased(),
+            flow_deck: None,
             data_ready: false,
             next_change: None,
         }
@@ -65,8 +70,14 @@ impl Buses {
 
     /// Turns the power of all chips off and on again. Only the memory keeps its content.
     pub fn restart(&mut self, f405: &mut F405, now: Time) {
-        let content = Box::new(*self.memory.content());
-        *self = Buses { memory: Eeprom24aa64::new(content), ..Buses::new(f405, now) };
+        let memory = Eeprom24aa64::new(Box::new(*self.memory.content()));
+        let flow_deck = self.flow_deck.is_some().then(|| FlowDeck::new(now));
+        *self = Buses { memory, flow_deck, ..Buses::new(f405, now) };
+    }
+
+    /// Attaches a Flow deck, whose power is on from `now`.
+    pub fn attach_flow_deck(&mut self, now: Time) {
+        self.flow_deck = Some(FlowDeck::new(now));
     }
 
     /// Sets the motion that the inertial sensors measure from now on, in counts of their largest ranges.
@@ -86,10 +97,10 @@ impl Buses {
         action: impl FnOnce(&mut I2cBus, &mut [&mut dyn I2cDevice]) -> R,
     ) -> R {
         let line = &mut self.i2c[bus];
-        if bus == 0 {
-            action(line, &mut [&mut self.memory])
-        } else {
-            action(line, &mut [&mut self.imu, &mut self.barometer])
+        match (bus, &mut self.flow_deck) {
+            (0, Some(deck)) => action(line, &mut [&mut self.memory, &mut deck.distance]),
+            (0, None) => action(line, &mut [&mut self.memory]),
+            _ => action(line, &mut [&mut self.imu, &mut self.barometer]),
         }
     }
 
@@ -108,9 +119,15 @@ impl Buses {
     }
 
     /// Exchanges a byte of SPI1. Without a selected chip, MISO has the level of its pin.
-    pub fn exchange(&mut self, f405: &mut F405, _byte: u8, end: Time) {
-        let (port, pin) = MISO;
-        let answer = if f405.ports[port].level(pin) { 0xff } else { 0 };
+    pub fn exchange(&mut self, f405: &mut F405, byte: u8, end: Time) {
+        let is_connected = SPI_PINS
+            .iter()
+            .all(|(port, pin)| f405.ports[*port].pin(*pin) == Pin::Alternate(SPI_FUNCTION));
+        let deck = self.flow_deck.as_mut().filter(|_| is_connected);
+        let answer = deck.and_then(|deck| deck.exchange(byte, end)).unwrap_or_else(|| {
+            let (port, pin) = SPI_PINS[1];
+            if f405.ports[port].level(pin) { 0xff } else { 0 }
+        });
         f405.spi_received(answer, end);
     }
 
@@ -157,6 +174,10 @@ impl Buses {
                 f405.drive(port, pin, !is_held);
                 f405.set_i2c_held(bus, is_held);
             }
+        }
+        if let Some(deck) = &mut self.flow_deck {
+            let (port, pin) = flow_deck::SELECT;
+            deck.set_select(f405.ports[port].pin(pin) != Pin::Level(false), now);
         }
     }
 }

@@ -6,9 +6,11 @@ mod bootloader;
 mod bus_tests;
 mod buses;
 mod control;
+mod flow_deck;
 #[cfg(test)]
 mod tests;
 
+use bittybuzz_chips::devices::one_wire::DeckMemories;
 use bittybuzz_chips::f405::{F405, PinAction};
 use bittybuzz_chips::nrf51::{BAUD, Nrf51, PeerAction};
 use bittybuzz_chips::stm32::{Pin, Pwm};
@@ -22,6 +24,7 @@ pub use crate::body::BodySettings;
 use crate::body::FlightBody;
 use crate::bootloader::FIRMWARE;
 use crate::buses::Buses;
+use crate::flow_deck::FlowDeck;
 
 /// The LEDs: port, pin, and true if the LED shines while the pin is high.
 const LEDS: [(BoardLed, usize, u8, bool); 5] = [
@@ -63,11 +66,17 @@ pub struct CrazyflieVariation {
     pub unique_id: [u8; 12],
     /// The device type that Bitcraze writes to the one-time programmable area.
     pub device_type: String,
+    /// True if a Flow deck v2 is attached.
+    pub has_flow_deck: bool,
 }
 
 impl Default for CrazyflieVariation {
     fn default() -> Self {
-        CrazyflieVariation { unique_id: *b"\x2a\x00\x1b\x00CF21-001", device_type: "0;CF21".into() }
+        CrazyflieVariation {
+            unique_id: *b"\x2a\x00\x1b\x00CF21-001",
+            device_type: "0;CF21".into(),
+            has_flow_deck: false,
+        }
     }
 }
 
@@ -160,6 +169,10 @@ impl CrazyflieBoard {
             power_is_off: false,
             events: Vec::new(),
         };
+        if settings.has_flow_deck {
+            board.buses.attach_flow_deck(Time::ZERO);
+            board.nrf51.decks = DeckMemories::new(vec![FlowDeck::memory()]);
+        }
         board.settle();
         board
     }
