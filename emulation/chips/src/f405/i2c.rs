@@ -57,8 +57,6 @@ enum Step {
     StartCondition,
     /// An action that a device answers.
     Action(BusAction),
-    /// A byte after one that the master did not acknowledge, with no device that sends it.
-    Surplus,
 }
 
 pub(crate) struct I2c {
@@ -81,10 +79,8 @@ pub(crate) struct I2c {
     data: Option<u8>,
     /// A received byte in the shift register that waits for the data register.
     shift: Option<u8>,
-    /// The device or the master has not acknowledged: a stop or a start condition should follow.
+    /// The device or the master has not acknowledged: only a stop or a start condition follows.
     is_ended: bool,
-    /// ACK was clear for the last byte received, so that the clock goes on.
-    has_surplus: bool,
     /// The acknowledge bit of the byte in the shift register while POS is set.
     acknowledge_now: bool,
     /// The DMA controller has only one more byte to move (27.3.7, EOT_1).
@@ -115,7 +111,6 @@ impl I2c {
             data: None,
             shift: None,
             is_ended: false,
-            has_surplus: false,
             acknowledge_now: false,
             is_last_by_dma: false,
             busy: None,
@@ -137,7 +132,7 @@ impl I2c {
                     let left = (end - now).picos();
                     Some((action, left.div_ceil(self.bits(1).picos().max(1))))
                 }
-                Step::StartCondition | Step::Surplus => None,
+                Step::StartCondition => None,
             });
             self.released = Some(BusRelease(action));
         }
@@ -190,7 +185,6 @@ impl I2c {
                     self.data = None;
                 }
                 self.is_ended = true;
-                self.has_surplus = false;
                 self.sr1 = self.sr1 & !(SR1_BTF | SR1_TXE) | SR1_SB;
                 self.proceed(end);
                 None
@@ -198,7 +192,6 @@ impl I2c {
             Step::Action(BusAction::Stop) => {
                 self.wants_stop = false;
                 self.is_master = false;
-                self.has_surplus = false;
                 if std::mem::take(&mut self.is_transmitter) {
                     self.data = None;
                 }
@@ -207,10 +200,6 @@ impl I2c {
                 Some((end, BusAction::Stop))
             }
             Step::Action(action) => Some((end, action)),
-            Step::Surplus => {
-                self.receive(0xff, end);
-                None
-            }
         }
     }
 
@@ -219,16 +208,7 @@ impl I2c {
     }
 
     /// Begins the next part of the transfer, if the wire and the firmware allow it.
-    ///
-    /// The manual demands that STOP or START is set before the last byte is complete (27.3.3), and
-    /// leaves open what follows otherwise. Here another byte follows, because drivers report that
-    /// (Linux, i2c-stm32f4.c). Only with DMA and LAST the clock stands still, because there the
-    /// manual lets the firmware set STOP after the last byte (27.3.7). It allows the same for a
-    /// single byte, so that a request still replaces the surplus byte while it is on the wire.
     fn proceed(&mut self, now: Time) {
-        if self.wants_stop || self.wants_start {
-            self.busy.take_if(|(_, step)| *step == Step::Surplus);
-        }
         // The firmware must read SR1 and SR2 before anything follows the address.
         if self.busy.is_some() || !self.is_on() || self.sr1 & SR1_ADDR != 0 {
             return;
@@ -243,8 +223,6 @@ impl I2c {
                 self.begin(Step::StartCondition, 1, now);
             } else if receives && self.shift.is_none() {
                 self.begin(Step::Action(BusAction::Read), BYTE_BITS, now);
-            } else if self.has_surplus && self.shift.is_none() {
-                self.begin(Step::Surplus, BYTE_BITS, now);
             } else if self.is_transmitter
                 && !self.is_ended
                 && let Some(byte) = self.data.take()
@@ -288,7 +266,6 @@ impl I2c {
         };
         let is_last = self.is_last_by_dma && self.cr2 & CR2_LAST != 0;
         self.is_ended = !acknowledged || is_last;
-        self.has_surplus = !acknowledged && !is_last;
         if self.data.is_none() {
             self.data = Some(byte);
             self.sr1 |= SR1_RXNE;

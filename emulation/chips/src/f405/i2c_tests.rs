@@ -143,25 +143,6 @@ fn one_byte_ends_with_ack_off_and_stop_set_early() {
 }
 
 #[test]
-fn a_byte_without_acknowledgement_is_followed_by_ones_until_a_stop() {
-    let mut i2c = i2c();
-    let now = address(&mut i2c, 0x50 << 1 | 1, true, Time::ZERO);
-    write(&mut i2c, CR1, CR1_PE, now);
-    i2c.read(SR1, now);
-    i2c.read(SR2, now);
-    let now = receive(&mut i2c, 0x30, now);
-    assert_eq!(i2c.read(DR, now), 0x30);
-    let now = now + bits(9);
-    assert_eq!(i2c.advance(now), None, "no device sends it");
-    assert_eq!((i2c.read(SR1, now), i2c.read(DR, now)), (SR1_RXNE, 0xff));
-    // In the middle of the next one.
-    let now = now + bits(4);
-    write(&mut i2c, CR1, CR1_PE | CR1_STOP, now);
-    let now = stop(&mut i2c, now);
-    assert_eq!((i2c.read(SR1, now), i2c.next_event()), (0, None));
-}
-
-#[test]
 fn two_bytes_with_pos_wait_for_btf() {
     // RM0090 27.3.3, reception of two bytes: POS and ACK set, ACK off after ADDR, BTF, STOP.
     let mut i2c = i2c();
