@@ -269,6 +269,11 @@ pub enum HardwareError {
         /// The address, which is below the size of the flash if it was an alias.
         address: u32,
     },
+    /// The firmware changes the registers of a DMA stream that is on (RM0090 10.5.5 to 10.5.10).
+    DmaLocked {
+        /// The first address of the controller's registers.
+        base: u32,
+    },
     /// A DMA stream was to move data from or to memory that the controller cannot reach, such as
     /// core-coupled memory (RM0090 2.1).
     DmaOutOfReach {
@@ -334,6 +339,10 @@ impl fmt::Display for HardwareError {
             HardwareError::FlashWrite { address } => write!(
                 f,
                 "a write to {address:#010x} in the flash changes nothing: a pointer is null or points to a constant"
+            ),
+            HardwareError::DmaLocked { base } => write!(
+                f,
+                "the DMA controller at {base:#010x} has locked the registers of a stream that is on: clear EN and wait until it reads 0"
             ),
             HardwareError::DmaOutOfReach { address } => write!(
                 f,

@@ -139,8 +139,11 @@ impl F405 {
                 self.flash.write(offset, write);
                 self.check_clocks();
             }
-            DMA1 => return self.dma[0].write(offset, write),
-            DMA2 => return self.dma[1].write(offset, write),
+            DMA1 | DMA2 => match self.dma[((base - DMA1) / BLOCK) as usize].write(offset, write) {
+                DmaWrite::Modeled => {}
+                DmaWrite::Unmodeled => return false,
+                DmaWrite::Locked => self.errors.report(HardwareError::DmaLocked { base }),
+            },
             _ => {
                 let word = self.storage.entry(address).or_insert(0);
                 *word = write.merge(*word);

@@ -1,6 +1,11 @@
 //! A DMA controller of the STM32F4 (RM0090 10): transfers between a peripheral and memory, one data
 //! item per request.
 //!
+//! The manual says that the registers of a stream are locked while it is on. Bitcraze's firmware
+//! leaves a stream on when a chip on I2C does not acknowledge, writes its registers for the next
+//! transfer, and works on chips. Here the lock begins with the first data item, and each write to the
+//! registers of a stream that is on is reported as a mistake.
+//!
 //! The FIFO has no model: data items leave it at once, and the widths on both sides must be equal
 //! when it is used. Bursts, double buffers, transfers between memories and the peripheral as flow
 //! controller have no model either.
@@ -86,6 +91,17 @@ impl Stream {
         let packs = self.fcr & FCR_DMDIS != 0 && self.width(11) != self.width(13);
         self.cr & unmodeled == 0 && self.cr & CR_DIR < CR_DIR_IN_MEMORY && !packs
     }
+}
+
+/// The result of a write to a register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DmaWrite {
+    /// The model has all that the write enables.
+    Modeled,
+    /// The write enables a function without a model.
+    Unmodeled,
+    /// The write changes a register of a stream that is on, which the manual does not allow.
+    Locked,
 }
 
 /// The result of a request to a stream.
@@ -201,8 +217,8 @@ impl Dma {
         }
     }
 
-    /// Writes a register; returns false if that enables a function without a model.
-    pub fn write(&mut self, offset: u32, write: Write) -> bool {
+    /// Writes a register.
+    pub fn write(&mut self, offset: u32, write: Write) -> DmaWrite {
         if offset < FIRST_STREAM {
             if (LIFCR..=HIFCR).contains(&offset) {
                 let first = (offset - LIFCR) as usize;
@@ -210,47 +226,65 @@ impl Dma {
                     stream.flags &= !(write.ones() >> bit & FLAGS);
                 }
             }
-            return true;
+            return DmaWrite::Modeled;
         }
         let at = offset - FIRST_STREAM;
         let index = (at / STREAM_SIZE) as usize;
-        let Some(stream) = self.streams.get_mut(index) else { return true };
-        let is_on = stream.cr & CR_EN != 0;
-        match at % STREAM_SIZE {
-            0x00 => {
-                let mut new = write.merge(stream.cr) & CR_BITS;
-                if is_on {
-                    new = stream.cr & !CR_ALWAYS_WRITABLE | new & CR_ALWAYS_WRITABLE;
-                }
-                stream.cr = new;
-                if new & CR_EN == 0 {
-                    self.on &= !(1 << index);
-                    if is_on {
-                        // The end of a transfer that software stops raises the flag, too (10.3.14).
-                        stream.flags |= TCIF;
-                    }
-                } else if !is_on {
-                    // NDTR is loaded again if the last transfer was complete (10.5.6).
-                    if stream.left == 0 {
-                        stream.left = stream.programmed;
-                    }
-                    stream.done = 0;
-                    self.on |= 1 << index;
-                    return stream.is_modeled();
-                }
+        let register = at % STREAM_SIZE;
+        if register == 0 {
+            return self.write_control(index, write);
+        }
+        let Some(stream) = self.streams.get_mut(index) else { return DmaWrite::Modeled };
+        let value = match register {
+            0x04 => &mut stream.left,
+            0x08 => &mut stream.par,
+            0x0c => &mut stream.m0ar,
+            0x10 => &mut stream.m1ar,
+            _ => &mut stream.fcr,
+        };
+        let new = match register {
+            0x04 => write.merge(*value) & 0xffff,
+            0x14 => write.merge(*value) & 0x87 | FCR_RESET & 0x38,
+            _ => write.merge(*value),
+        };
+        let is_locked = stream.cr & CR_EN != 0 && new != *value;
+        if !is_locked || stream.done == 0 {
+            *value = new;
+            if register == 0x04 {
+                stream.programmed = new;
             }
-            // Locked while the stream is on (10.5.6 to 10.5.10).
-            _ if is_on => {}
-            0x04 => {
-                stream.programmed = write.merge(stream.programmed) & 0xffff;
+        }
+        if is_locked { DmaWrite::Locked } else { DmaWrite::Modeled }
+    }
+
+    fn write_control(&mut self, index: usize, write: Write) -> DmaWrite {
+        let Some(stream) = self.streams.get_mut(index) else { return DmaWrite::Modeled };
+        let was_on = stream.cr & CR_EN != 0;
+        let new = write.merge(stream.cr) & CR_BITS;
+        let is_locked = was_on && (new ^ stream.cr) & !CR_ALWAYS_WRITABLE != 0;
+        stream.cr = if is_locked && stream.done > 0 {
+            stream.cr & !CR_ALWAYS_WRITABLE | new & CR_ALWAYS_WRITABLE
+        } else {
+            new
+        };
+        if new & CR_EN == 0 {
+            self.on &= !(1 << index);
+            if was_on {
+                // The end of a transfer that software stops raises the flag, too (10.3.14).
+                stream.flags |= TCIF;
+            }
+        } else if !was_on {
+            // NDTR is loaded again if the last transfer was complete (10.5.6).
+            if stream.left == 0 {
                 stream.left = stream.programmed;
             }
-            0x08 => stream.par = write.merge(stream.par),
-            0x0c => stream.m0ar = write.merge(stream.m0ar),
-            0x10 => stream.m1ar = write.merge(stream.m1ar),
-            _ => stream.fcr = write.merge(stream.fcr) & 0x87 | FCR_RESET & 0x38,
+            stream.done = 0;
+            self.on |= 1 << index;
+            if !stream.is_modeled() {
+                return DmaWrite::Unmodeled;
+            }
         }
-        true
+        if is_locked { DmaWrite::Locked } else { DmaWrite::Modeled }
     }
 }
 
@@ -261,7 +295,8 @@ mod tests {
     const ANY: fn(u32, u32) -> bool = |_, _| true;
 
     fn write(dma: &mut Dma, offset: u32, value: u32) {
-        assert!(dma.write(offset, Write::new(offset, Width::Word, value)));
+        let written = dma.write(offset, Write::new(offset, Width::Word, value));
+        assert_eq!(written, DmaWrite::Modeled);
     }
 
     /// The offset of a register of stream `index` (10.5.5: 0x10 + 0x18 * stream).
@@ -364,11 +399,23 @@ mod tests {
         assert_eq!(dma.read(register(0, 0x14)), 0x21, "reset value of SxFCR (10.5.10)");
         set_up(&mut dma, 0, 2);
         write(&mut dma, register(0, 0), CR_EN);
-        set_up(&mut dma, 0, 9);
-        write(&mut dma, register(0, 0), CR_MINC | TCIE | CR_EN);
+        // The same values are no change.
+        set_up(&mut dma, 0, 2);
+        write(&mut dma, register(0, 0), TCIE | CR_EN);
+        let count = |value| Write::new(0, Width::Word, value);
+        // Nothing was moved yet.
+        assert_eq!(dma.write(register(0, 4), count(3)), DmaWrite::Locked);
+        assert_eq!(dma.read(register(0, 4)), 3);
+        dma.request(0, ANY).unwrap();
+        assert_eq!(dma.write(register(0, 4), count(9)), DmaWrite::Locked);
+        let control = count(CR_MINC | TCIE | CR_EN);
+        assert_eq!(dma.write(register(0, 0), control), DmaWrite::Locked);
         assert_eq!((dma.read(register(0, 4)), dma.read(register(0, 0))), (2, TCIE | CR_EN));
-        let mut other = Dma::new();
+    }
+
+    #[test]
+    fn transfers_in_memory_have_no_model() {
         let write = Write::new(0, Width::Word, CR_DIR_IN_MEMORY | CR_EN);
-        assert!(!other.write(register(0, 0), write), "it has no model");
+        assert_eq!(Dma::new().write(register(0, 0), write), DmaWrite::Unmodeled);
     }
 }

@@ -14,7 +14,7 @@ mod usb;
 use std::collections::BTreeMap;
 
 use self::adc::Adc;
-use self::dma::{Dma, STREAMS};
+use self::dma::{Dma, DmaWrite, STREAMS};
 use self::flash::Flash;
 use self::i2c::I2c;
 use self::rcc::Rcc;
