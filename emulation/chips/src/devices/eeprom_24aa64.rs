@@ -1,7 +1,7 @@
 //! The memory Microchip 24AA64: 8 KiB that keep their content without power.
 //!
-//! Sources: data sheet DS21189 (page, duration of a write cycle, acknowledge polling) and the driver
-//! at24 of Linux. The pin for write protection has no model, because the Crazyflie ties it low.
+//! Sources: data sheet DS21189 (capacity, page and write cycle; its chapters on the protocol are
+//! recalled) and the driver at24 of Linux. The pin for write protection has no model.
 
 use super::SdaHold;
 use crate::{I2cDevice, Time};
@@ -223,15 +223,15 @@ mod tests {
         bytes.extend(1..=35);
         bus.write(ADDRESS, &bytes).unwrap();
         bus.wait(WRITE_CYCLE);
-        // The bytes 1 and 2 fill the page up, 3 to 32 follow from its begin on, 33 and 34 replace the
-        // first two, and 35 replaces the third.
+        // The bytes 1 and 2 fill the page up, 3 to 32 follow from its begin on, 33 and 34 replace
+        // the first two, and 35 replaces the third.
         assert_eq!(read(&mut bus, 0x40), [35, 4, 5, 6]);
         assert_eq!(read(&mut bus, 0x5d), [32, 33, 34, 0xff]);
         assert_eq!(read(&mut bus, 0x3f), [0xff]);
     }
 
-    /// Data sheet 8.3: the counter of locations continues at 0 after the last byte. The upper bits of
-    /// the address have no meaning.
+    /// Data sheet 8.3: the counter of locations continues at 0 after the last byte. The upper bits
+    /// of the address have no meaning.
     #[test]
     fn reading_continues_from_byte_to_byte() {
         let mut bus = bus();

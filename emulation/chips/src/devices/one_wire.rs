@@ -1,7 +1,7 @@
 //! The memories DS28E05 of the decks, which the nRF51 reads over one wire and serves over the link.
 //!
-//! Sources: deck_memory_format.md and ow_syslink.c of Bitcraze's firmware, memory.c of Bitcraze's nRF51
-//! firmware, and ow_element.py of cflib.
+//! Sources: deck_memory_format.md and ow_syslink.c of Bitcraze's firmware, memory.c of Bitcraze's
+//! nRF51 firmware, and ow_element.py of cflib.
 //!
 //! The wire itself has no model: answers take no time.
 
@@ -41,8 +41,8 @@ pub struct DeckDescription {
 }
 
 impl DeckDescription {
-    /// Returns the description of the Flow deck v2. Name and numbers are those of flowdeck_v1v2.c; no
-    /// used pins, as in the example of the format, and the revision are a choice.
+    /// Returns the description of the Flow deck v2. Name and numbers are those of flowdeck_v1v2.c;
+    /// no used pins, as in the example of the format, and the revision are a choice.
     pub fn flow_v2() -> Self {
         DeckDescription::of_bitcraze(0x0f, "bcFlow2")
     }
@@ -57,8 +57,8 @@ impl DeckDescription {
         DeckDescription { used_pins: 0, vendor: 0xbc, product, name, revision }
     }
 
-    /// Returns the content of the memory, without the bytes after it. Elements that do not fit are left
-    /// out.
+    /// Returns the content of the memory, without the bytes after it. Elements that do not fit are
+    /// left out.
     fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = vec![HEADER];
         bytes.extend(self.used_pins.to_le_bytes());
@@ -133,8 +133,8 @@ impl DeckMemories {
         DeckMemories { memories, has_bluetooth: false, fault: None }
     }
 
-    /// Sets the state of Bluetooth in the nRF51. While Bluetooth is on, the nRF51 reads from a copy and
-    /// refuses to write.
+    /// Sets the state of Bluetooth in the nRF51. While Bluetooth is on, the nRF51 reads from a copy
+    /// and refuses to write.
     pub fn set_bluetooth(&mut self, has_bluetooth: bool) {
         self.has_bluetooth = has_bluetooth;
     }
@@ -183,8 +183,8 @@ impl DeckMemories {
         Some([&[number], &memory.identification[..]].concat())
     }
 
-    /// Returns the answer to a request to read, which always has the same length. After the end of the
-    /// memory the copy of the nRF51 has zeros, and the wire has ones.
+    /// Returns the answer to a request to read, which always has the same length. After the end of
+    /// the memory the copy of the nRF51 has zeros, and the wire has ones.
     fn read(&self, number: u8, location: u16) -> Option<Vec<u8>> {
         let memory = self.memories.get(usize::from(number))?;
         let beyond = if self.has_bluetooth { 0x00 } else { 0xff };
@@ -246,8 +246,8 @@ mod tests {
         Some(found)
     }
 
-    /// The bytes that cflib 0.1.34 writes for three decks. From byte 8 on the first are the example of
-    /// deck_memory_format.md; byte 7 there is 0x44, which the firmware would refuse.
+    /// The bytes that cflib 0.1.34 writes for three decks. From byte 8 on the first are the example
+    /// of deck_memory_format.md; byte 7 there is 0x44, which the firmware would refuse.
     #[test]
     fn contents_are_those_of_other_programs() {
         let led_ring = DeckDescription {
@@ -271,8 +271,8 @@ mod tests {
         }
     }
 
-    /// The check values of both algorithms for the digits 1 to 9; the first is in crc32.c of Bitcraze's
-    /// firmware, the second in the catalog of CRCs as CRC-8/MAXIM-DOW.
+    /// The check values of both algorithms for the digits 1 to 9; the first is in crc32.c of
+    /// Bitcraze's firmware, the second in the catalog of CRCs as CRC-8/MAXIM-DOW.
     #[test]
     fn checksums_have_their_check_values() {
         assert_eq!((crc32(b"123456789"), crc8(b"123456789")), (0xcbf4_3926, 0xa1));

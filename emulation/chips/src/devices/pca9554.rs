@@ -1,7 +1,8 @@
 //! The port expander PCA9554 of the Multi-ranger deck: eight pins on an I2C bus.
 //!
-//! Sources: the driver gpio-pca953x of Linux, and pca95x4.c of Bitcraze's firmware. The pin INT has no
-//! model, because nothing is connected to it.
+//! Sources: pca95x4.c of Bitcraze's firmware, and the crate port-expander. The values after
+//! power-on and the pull-up resistors are recalled from the data sheet. The pin INT has no model,
+//! because nothing is connected to it.
 
 use super::SdaHold;
 use crate::{I2cDevice, Time};
@@ -143,9 +144,9 @@ mod tests {
     use super::*;
     use crate::devices::test_bus::TestBus;
 
-    /// The traffic of Bitcraze's firmware (multiranger.c, pca95x4.c): the pins become outputs, whose
-    /// reset value is high, are all cleared, and then set one after the other. Up, back, right, front
-    /// and left are P0, P1, P2, P4 and P6.
+    /// The traffic of Bitcraze's firmware (multiranger.c, pca95x4.c): the pins become outputs,
+    /// whose reset value is high, are all cleared, and then set one after the other. Up, back,
+    /// right, front and left are P0, P1, P2, P4 and P6.
     #[test]
     fn the_firmware_releases_one_sensor_after_the_other() {
         let mut bus = TestBus::new(Pca9554::new());

@@ -1,12 +1,13 @@
 //! The optical flow sensor PixArt PMW3901 of the Flow deck.
 //!
-//! Sources: Bitcraze's drivers (Bitcraze_PMW3901 and pmw3901.c of the firmware), PX4's driver, and the
-//! excerpt of the data sheet PMW3901MB-TXQT in the ecosystem of the M5StamFly. All use SPI mode 3.
+//! Sources: Bitcraze's drivers (Bitcraze_PMW3901 and pmw3901.c of the firmware), PX4's driver, and
+//! the excerpt of the data sheet PMW3901MB-TXQT in the ecosystem of the M5StamFly. All use SPI mode
+//! 3.
 //!
 //! # Limits
-//! The registers that tune the sensor are storage in banks: their meaning is not public, and the model
-//! measures without them. Frame capture has no model. The physics gives the motion, so that the
-//! sensor's own rate of frames has no model either.
+//! The registers that tune the sensor are storage in banks: their meaning is not public, and the
+//! model measures without them. Frame capture has no model. The physics gives the motion, so that
+//! the sensor's own rate of frames has no model either.
 
 use std::collections::BTreeMap;
 
@@ -78,8 +79,8 @@ pub enum Pmw3901Fault {
     FrozenData,
 }
 
-/// The two readings of the time tSRAD. The data sheet demands it for each read, but PX4's driver reads
-/// without a pause.
+/// The two readings of the time tSRAD. The data sheet demands it for each read, but PX4's driver
+/// reads without a pause.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EarlyRead {
     /// A value that is read too early is zero.
@@ -156,8 +157,9 @@ impl Pmw3901 {
         }
     }
 
-    /// Adds motion in counts along the axes of the chip, and sets the present picture. The axes of the
-    /// Flow deck are turned: the robot's x is −y of the chip, and its y is −x (flowdeck_v1v2.c).
+    /// Adds motion in counts along the axes of the chip, and sets the present picture. The axes of
+    /// the Flow deck are turned: the robot's x is −y of the chip, and its y is −x
+    /// (flowdeck_v1v2.c).
     pub fn add_motion(&mut self, counts: [i16; 2], image: FlowImage) {
         if self.is_shut_down {
             return;

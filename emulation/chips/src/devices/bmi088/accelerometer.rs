@@ -44,9 +44,9 @@ const TEMPERATURE_INVALID: [u8; 2] = [0x80, 0x00];
 const SENSOR_TIME_HZ: u64 = 25_600;
 /// A temperature is measured every 1.28 s (data sheet 5.3.7).
 const TEMPERATURE_MICRO_HZ: u64 = 781_250;
-/// The effect of the self-test along each axis: 0.75 g in counts at ±24 g (choice). The difference of
-/// both polarities is to be at least 1 g along x and y, and 0.5 g along z (data sheet 4.6.1); Bosch's
-/// driver cuts fractions of a g off, and therefore demands 1 g along z too.
+/// The effect of the self-test along each axis: 0.75 g in counts at ±24 g (choice). The difference
+/// of both polarities is to be at least 1 g along x and y, and 0.5 g along z (data sheet 4.6.1);
+/// Bosch's driver cuts fractions of a g off, and therefore demands 1 g along z too.
 const SELF_TEST_COUNTS: i16 = 1024;
 
 pub(super) struct Accelerometer {

@@ -34,12 +34,12 @@ const IO_MAP_INT3: u8 = 1 << 0;
 const SELF_TEST_TRIGGER: u8 = 1 << 0;
 const SELF_TEST_READY: u8 = 1 << 1;
 const SELF_TEST_FAILED: u8 = 1 << 2;
-/// Bosch's driver has the mask 0x08 for this bit, which it does not use; the data sheet has bit 4.
+/// Bit 4 is recalled from the data sheet. Bosch's driver has the mask 0x08, which it does not use.
 const SELF_TEST_RATE_OK: u8 = 1 << 4;
 
-/// The time from power-on, or from the end of a suspend mode, until the sensor measures (data sheet
-/// 1.3). After a soft reset the data sheet demands the same time before any access; this model does
-/// not acknowledge meanwhile.
+/// The time from power-on, or from the end of a suspend mode, until the sensor measures
+/// (BMI08_GYRO_POWER_MODE_CONFIG_DELAY of Bosch's driver). After a soft reset the driver waits for
+/// the same time before any access; this model does not acknowledge meanwhile.
 const START_UP: Time = Time::from_millis(30);
 /// The duration of a pulse at INT3: the middle of the data sheet's 280 to 400 µs (5.5.3).
 const PULSE: Time = Time::from_micros(340);
@@ -204,8 +204,8 @@ impl Gyroscope {
         }
     }
 
-    /// Handles a write to LPM1. Other values have no effect, and a change between both suspend modes
-    /// is impossible (Bosch's driver, bmi08g_set_power_mode).
+    /// Handles a write to LPM1. Other values have no effect, and a change between both suspend
+    /// modes is impossible (Bosch's driver, bmi08g_set_power_mode).
     fn set_power_mode(&mut self, value: u8, now: Time) {
         let old = self.register(LPM1);
         let is_allowed = match value {

@@ -1,7 +1,8 @@
 //! The inertial sensor Bosch BMI088: an accelerometer and a gyroscope that share a package and an
 //! I2C bus.
 //!
-//! Sources: data sheet BST-BMI088-DS001 (revision 1.3) and Bosch's BMI08x-Sensor-API.
+//! Sources: data sheet BST-BMI088-DS001 (revision 1.3) and Bosch's BMI08x-Sensor-API. The values of
+//! registers after a reset are recalled from the data sheet's maps of registers.
 //!
 //! # Limits
 //! The FIFOs, the synchronization of both parts and the pins INT1, INT2 and INT4 have no model;
@@ -28,7 +29,7 @@ pub const ACCELEROMETER_ADDRESS: u8 = 0x18;
 pub const GYROSCOPE_ADDRESS: u8 = 0x69;
 /// Largest deviation of the rate of samples, in millionths.
 const DEVIATION_PPM_MAX: i32 = 3_000;
-/// The time from power-on until a part acknowledges its address (data sheet 1.1).
+/// The time from power-on until a part acknowledges its address (recalled from the data sheet).
 const POWER_ON: Time = Time::from_millis(1);
 
 /// A fault of a BMI088.
@@ -59,10 +60,10 @@ pub enum Bmi088Fault {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AccelerometerStart {
     /// The accelerometer measures when ACC_PWR_CONF is 0 and ACC_PWR_CTRL is 4, as Bosch's driver
-    /// sets them (chapter 5.3).
+    /// sets them.
     #[default]
     BothRegisters,
-    /// ACC_PWR_CTRL alone starts the accelerometer (chapter 3, "Quick start").
+    /// ACC_PWR_CTRL alone starts the accelerometer (chapter 3, as the driver bmi088 reads it).
     PowerControl,
 }
 

@@ -75,8 +75,8 @@ impl Calibration {
     }
 }
 
-/// Returns the checksum of the calibration: CRC-8 with the polynomial 0x1d (bmp3_selftest.c of Bosch's
-/// driver).
+/// Returns the checksum of the calibration: CRC-8 with the polynomial 0x1d (bmp3_selftest.c of
+/// Bosch's driver).
 pub(super) fn crc(bytes: &[u8]) -> u8 {
     !bytes.iter().fold(0xff, |crc: u8, byte| {
         (0..8).fold(crc ^ *byte, |crc, _| crc << 1 ^ if crc & 0x80 != 0 { 0x1d } else { 0 })

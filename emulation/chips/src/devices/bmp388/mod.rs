@@ -1,7 +1,7 @@
 //! The barometers Bosch BMP388 and BMP390.
 //!
-//! Sources: Bosch's BMP3-Sensor-API, the data sheets BST-BMP388-DS001 and BST-BMP390-DS002 as far as
-//! the former quotes them, and reports of users in Bosch's forum.
+//! Sources: Bosch's BMP3-Sensor-API, which quotes the data sheet BST-BMP388-DS001, and reports of
+//! users in Bosch's forum. Further facts are recalled from the data sheet, as the comments say.
 //!
 //! # Limits
 //! The FIFO, the counter of the sensor's time and the interrupt pin have no model; their registers
@@ -55,7 +55,7 @@ const PWR_CTRL_MODE: u8 = 0x30;
 const PWR_CTRL_NORMAL: u8 = 0x30;
 const COMMAND_SOFT_RESET: u8 = 0xb6;
 const COMMAND_FIFO_FLUSH: u8 = 0xb0;
-/// The registers with another reset value than 0 (data sheet 4.2).
+/// The registers with another reset value than 0 (recalled from the data sheet).
 const RESET_VALUES: [(u8, u8); 8] = [
     // Both raw values begin with 0x800000.
     (DATA_0 + 2, 0x80),
@@ -145,7 +145,7 @@ pub struct Bmp388 {
     clock: Option<SampleClock>,
     /// The filter's state: raw pressure and raw temperature.
     filtered: Option<[f64; 2]>,
-    /// The data registers at the begin of the transfer (data sheet 3.10, shadowing).
+    /// The data registers at the begin of the transfer (recalled from the data sheet).
     shadow: [u8; 6],
     pressure_pa: f64,
     temperature_c: f64,
@@ -214,8 +214,8 @@ impl Bmp388 {
         self.register(PWR_CTRL) & PWR_CTRL_MODE == mode
     }
 
-    /// Returns the duration of a measurement (data sheet 3.9.2; calculate_press_meas_time of Bosch's
-    /// driver).
+    /// Returns the duration of a measurement (data sheet 3.9.2; calculate_press_meas_time of
+    /// Bosch's driver).
     fn duration(&self) -> Time {
         let enabled = self.register(PWR_CTRL);
         let samples = |shift: u8| 1 << (self.register(OSR) >> shift & 7).min(5);
@@ -287,9 +287,9 @@ impl Bmp388 {
         self.registers[usize::from(INT_STATUS)] |= INT_STATUS_DRDY;
     }
 
-    /// Returns the values that leave the filter of order 1, whose coefficient is 2ⁿ − 1. Without the
-    /// filter a value has 16 bits, and one more for each doubling of the samples (data sheet 3.4.1);
-    /// users report zeros in its low byte.
+    /// Returns the values that leave the filter of order 1, whose coefficient is 2ⁿ − 1. Without
+    /// the filter a value has 16 bits, and one more for each doubling of the samples (recalled
+    /// from the data sheet); users report zeros in its low byte.
     fn filter(&mut self, raw: [u32; 2]) -> [u32; 2] {
         let code = self.register(CONFIG) >> 1 & 7;
         if code == 0 {
@@ -377,7 +377,8 @@ impl I2cDevice for Bmp388 {
         }
         if let Some(register) = self.pointer.written(byte) {
             self.write_register(register, byte, now);
-            // Each further byte has a register address of its own (bmp3_set_regs of Bosch's driver).
+            // Each further byte has a register address of its own (bmp3_set_regs of Bosch's
+            // driver).
             self.pointer.expect_register();
         }
         true

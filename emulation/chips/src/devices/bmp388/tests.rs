@@ -1,4 +1,5 @@
-//! Tests with the traffic of Bitcraze's firmware, and with `bmp388-embedded`, an independent driver.
+//! Tests with the traffic of Bitcraze's firmware, and with `bmp388-embedded`, an independent
+//! driver.
 
 use bmp388_embedded::{Address, Bmp388 as Driver, Error, IirFilter, OutputDataRate};
 use bmp388_embedded::{Oversampling, PowerMode, SensorConfig};
@@ -78,8 +79,8 @@ fn measurements_have_their_rate_and_pass_the_filter() {
 }
 
 /// Two threads of Bosch's forum, "BMP388 OSR (OVERSAMPLING)" of 2024-05-24 and that of user 17149:
-/// with 200 Hz, both ×2 and the reset value ×4 cause an error of configuration, and PWR_CTRL returns
-/// from 0x33 to 0x03. ×1 works.
+/// with 200 Hz, both ×2 and the reset value ×4 cause an error of configuration, and PWR_CTRL
+/// returns from 0x33 to 0x03. ×1 works.
 #[test]
 fn too_many_samples_for_the_rate_are_an_error() {
     for (osr, error, power) in [(0x00, 0x00, 0x33), (0x01, 0x04, 0x03), (0x02, 0x04, 0x03)] {
@@ -106,7 +107,8 @@ fn registers_have_their_reset_values() {
     assert_eq!(bus.registers(ADDRESS, 0x02), [0x02]);
 }
 
-/// A thread of Bosch's forum (user 2664): the low bytes of pressure and temperature are zero with one sample.
+/// A thread of Bosch's forum (user 2664): the low bytes of pressure and temperature are zero with
+/// one sample.
 #[test]
 fn the_resolution_follows_the_number_of_samples() {
     let mut bus = bus(Bmp388Settings::default());

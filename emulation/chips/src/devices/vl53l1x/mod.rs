@@ -1,11 +1,12 @@
 //! The distance sensor ST VL53L1X of the Flow deck and the Multi-ranger deck.
 //!
-//! Sources: ST's ULD driver (through the crate vl53l1x-uld), ST's full driver in Bitcraze's firmware
-//! (src/lib/vl53l1), and Pololu's library vl53l1x-arduino.
+//! Sources: ST's ULD driver (through the crate vl53l1x-uld), ST's full driver in Bitcraze's
+//! firmware (src/lib/vl53l1), and Pololu's library vl53l1x-arduino (recalled).
 //!
 //! # Limits
 //! Thresholds, regions of interest and the calibration have no model; their registers are storage.
-//! The registers of signal and noise have constant values, because the physics gives distances only.
+//! The registers of signal and noise have constant values, because the physics gives distances
+//! only.
 
 #[cfg(test)]
 mod tests;
@@ -51,17 +52,19 @@ const STATUS_VALID: u8 = 9;
 const STATUS_NO_SIGNAL: u8 = 4;
 /// PHASECAL_TIMEOUT for short distances (ULD driver).
 const PHASECAL_SHORT: u8 = 0x14;
-/// The largest distances in mm (UM2356: 1.3 m and, in the dark, 4 m).
+/// The largest distances in mm (1.3 m, and 4 m in the dark; recalled from ST's manual UM2356).
 const SHORT_MM_MAX: u16 = 1_300;
 const LONG_MM_MAX: u16 = 4_000;
 
-/// The values of registers after a reset. The oscillator's frequency is the typical one of Pololu's
-/// library. With its calibration (choice) the ULD driver's configuration has a period of 100 ms.
+/// The values of registers after a reset. The oscillator's frequency is the one that ST's full
+/// driver assumes if a chip has none. With its calibration (choice) the ULD driver's configuration
+/// has a period of 100 ms.
 const RESET_VALUES: [(u16, u16); 3] =
     [(FAST_OSCILLATOR, 0xbccc), (OSCILLATOR_CALIBRATION, 37), (GPIO_MUX, 0x1103)];
 /// The results besides the distance (choice): 16 SPADs, an ambient rate and a signal rate.
 const RESULTS: [(u16, u16); 3] = [(SPADS, 16 << 8), (AMBIENT, 0x0010), (SIGNAL, 0x0400)];
-/// The time from the release of XSHUT until the chip responds (data sheet DS12385, tBOOT).
+/// The time from the release of XSHUT until the chip responds (VL53L1_FIRMWARE_BOOT_TIME_US of ST's
+/// full driver).
 const BOOT: Time = Time::from_micros(1_200);
 
 /// A fault of a distance sensor.
@@ -100,8 +103,8 @@ pub enum DistanceScale {
     /// The register is the distance in mm, as ST's ULD driver uses it.
     #[default]
     Millimeters,
-    /// The distance is the register multiplied by 2011/2048, as in ST's full driver (lite ranging gain
-    /// factor) and in Pololu's library.
+    /// The distance is the register multiplied by 2011/2048, as in ST's full driver (lite ranging
+    /// gain factor) and in Pololu's library.
     BeforeGain,
 }
 

@@ -21,15 +21,16 @@ const BUDGETS: [(u16, u64); 13] = [
     (0x02d9, 200),
     (0x048f, 500),
 ];
-/// The time that a measurement takes in addition to its two timeouts (Pololu's library vl53l1x-arduino,
-/// TimingGuard).
+/// The time that a measurement takes in addition to its two timeouts: before the first, between
+/// both, and four loops of calibration (LOWPOWER_AUTO_* of ST's full driver).
 const GUARD_MICROS: f64 = 4_528.0;
-/// ST's ULD driver multiplies a period in milliseconds by the calibration of the oscillator and by this
-/// factor (VL53L1X_SetInterMeasurementInMs).
+/// ST's ULD driver multiplies a period in milliseconds by the calibration of the oscillator and by
+/// this factor (VL53L1X_SetInterMeasurementInMs).
 const PERIOD_FACTOR: f64 = 1.075;
 
-/// Returns the duration of a measurement. Other timeouts than those of the ULD driver are counted in
-/// macro periods of 2304 periods of the laser, as in Pololu's library.
+/// Returns the duration of a measurement. Other timeouts than those of the ULD driver are counted
+/// in macro periods of 2304 periods of the laser, as in ST's full driver
+/// (VL53L1_calc_macro_period_us).
 ///
 /// # Parameters
 /// `timeout_a`: registers 0x5e and 0x5f.
@@ -65,8 +66,8 @@ pub(super) fn period(code: u32, calibration: u16) -> Time {
 mod tests {
     use super::*;
 
-    /// A budget of 50 ms by Pololu's library with the oscillator's 0xbccc: (50000 − 4528) / 2 µs are
-    /// 232.9 macro periods of 97.6 µs, code 0x00e8.
+    /// A budget of 50 ms by ST's full driver with the oscillator's 0xbccc: (50000 − 4528) / 2 µs
+    /// are 232.9 macro periods of 97.6 µs, code 0x00e8.
     #[test]
     fn other_timeouts_count_macro_periods() {
         let found = duration(0x00e8, 0x0f, 0xbccc);
