@@ -1,8 +1,8 @@
 //! The optical flow sensor PixArt PMW3901 of the Flow deck.
 //!
 //! Sources: Bitcraze's drivers (Bitcraze_PMW3901 and pmw3901.c of the firmware), PX4's driver, and
-//! the excerpt of the data sheet PMW3901MB-TXQT in the ecosystem of the M5StamFly. All use SPI mode
-//! 3.
+//! the excerpt of the data sheet PMW3901MB-TXQT in the ecosystem of the M5StamFly. The first uses SPI
+//! mode 3, and the next two use mode 0; the model has whole bytes only.
 //!
 //! # Limits
 //! The registers that tune the sensor are storage in banks: their meaning is not public, and the
