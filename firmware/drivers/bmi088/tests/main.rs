@@ -1,0 +1,9 @@
+//! The tests of this crate, as one program, so that they are linked once.
+
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+mod any_bytes;
+mod chips;
+mod conversion;
+mod failures;
+mod traffic;
