@@ -7,6 +7,7 @@ use crate::register::{self, SOFT_RESET, axes, check_id};
 use crate::{Address, Axis, Error};
 
 // Registers (data sheet, 5.3).
+const ACC_ERR_REG: u8 = 0x02;
 const ACC_X_LSB: u8 = 0x12;
 const ACC_CONF: u8 = 0x40;
 const ACC_RANGE: u8 = 0x41;
@@ -22,16 +23,21 @@ const POWER_ACTIVE: u8 = 0x00;
 const POWER_ON: u8 = 0x04;
 /// 1,600 samples per second with fourfold oversampling, which is a bandwidth of 145 Hz.
 const ODR_1600_OSR4: u8 = 0x8c;
-/// 1,600 samples per second without oversampling, as the self-test requires.
+/// 1,600 samples per second without oversampling, for the self-test. The data sheet (4.6.1) adds this
+/// value up from its bits, and also has 0xA7, which would be 50 samples per second.
 const ODR_1600_NORMAL: u8 = 0xac;
 /// ±24 g.
 const RANGE_24: u8 = 0x03;
+
+/// The bits of ACC_ERR_REG for a fatal error and for an error of the configuration (data sheet,
+/// 5.3.2).
+const ERRORS: u8 = 0b1_1101;
 
 const TEST_POSITIVE: u8 = 0x0d;
 const TEST_NEGATIVE: u8 = 0x09;
 const TEST_OFF: u8 = 0x00;
 
-/// The time after a reset before the accelerometer answers (data sheet, 5.3.24).
+/// The time after a reset before the accelerometer answers, as in Bosch's API and in Linux.
 const RESET_MS: u32 = 1;
 /// The time after the power is on before the next access, as in crazyflie-firmware and in Linux.
 const POWER_MS: u32 = 5;
@@ -48,7 +54,7 @@ const TEST_LEAST_COUNTS: [(Axis, i32); 3] = [(Axis::X, 1366), (Axis::Y, 1366), (
 /// The standard acceleration of free fall, which defines the unit g.
 pub const STANDARD_GRAVITY_M_PER_S2: f32 = 9.80665;
 
-/// 32,768 counts are 24 g, that is 1,365.33 counts per g (the data sheet has 1,365).
+/// 32,768 counts are 24 g, that is 1,365.33 counts per g. Bosch's API has 1,365.
 const M_PER_S2_PER_COUNT: f32 = 24.0 * STANDARD_GRAVITY_M_PER_S2 / 32768.0;
 
 /// Accelerations along x, y and z in counts.
@@ -165,7 +171,7 @@ async fn power_up<B: I2c>(
     for (register, value) in configuration {
         register::check(bus, address, register, value, 0xff).await?;
     }
-    Ok(())
+    register::check(bus, address, ACC_ERR_REG, 0, ERRORS).await
 }
 
 /// Applies a force of the self-test, and reads a sample when the accelerometer has settled.

@@ -24,26 +24,27 @@ const ID: u8 = 0x0f;
 
 /// ±2000 °/s.
 const RANGE_2000: u8 = 0x00;
-/// 1,000 samples per second, bandwidth 116 Hz. Bit 7 of this register reads as 1.
+/// 1,000 samples per second, bandwidth 116 Hz. Bit 7 of this register always reads as 1.
 const ODR_1000_BANDWIDTH_116: u8 = 0x02;
 const BANDWIDTH_BITS: u8 = 0x0f;
 const POWER_NORMAL: u8 = 0x00;
 const DATA_READY_ON: u8 = 0x80;
 
 /// Bits of [`SELF_TEST`]. Sources do not agree on the bit that reports the health of the sensor
-/// without a test (3 in Bosch's API, 4 in the data sheet), so it is not used.
+/// without a test (3 in Bosch's API, 4 in the data sheet), and a user of Bosch's forum saw it set on
+/// a broken chip whose test failed. Therefore it is not used.
 const TEST_START: u8 = 1 << 0;
 const TEST_READY: u8 = 1 << 1;
 const TEST_FAILED: u8 = 1 << 2;
 
-/// The time after a reset before the gyroscope answers (data sheet, 5.5.12).
+/// The time after a reset before the gyroscope answers, as in Bosch's API.
 const RESET_MS: u32 = 30;
 /// The time after the configuration before samples are valid, as in crazyflie-firmware.
 const SETTLE_MS: u32 = 50;
 /// The longest self-test, in milliseconds. Bosch's API waits without a limit.
 const TEST_MS: u32 = 100;
 
-/// 32,768 counts are 2000 °/s, that is 16.384 counts per °/s (data sheet, table 3).
+/// 32,768 counts are 2000 °/s, that is 16.384 counts per °/s (data sheet, 5.5.2).
 const RAD_PER_S_PER_COUNT: f32 = 2000.0 / 32768.0 * PI / 180.0;
 
 /// The pin that goes high, push-pull, when a sample is ready.

@@ -30,9 +30,9 @@
 //! again afterwards.
 //!
 //! # Sources
-//! Registers and figures are those of the data sheet BST-BMI088-DS001 as Bosch's BMI08x-Sensor-API,
-//! crazyflie-firmware (sensors_bmi088_bmp3xx.c) and the drivers of Linux and Zephyr use them. The
-//! driver was not tried on hardware.
+//! Registers and figures are those of the data sheet BST-BMI088-DS001 (its sections are those of
+//! revision 1.3), as Bosch's BMI08x-Sensor-API, crazyflie-firmware (sensors_bmi088_bmp3xx.c) and the
+//! drivers of Linux and Zephyr use them. The driver was not tried on hardware.
 //!
 //! # Use
 //! ```
@@ -85,7 +85,8 @@ pub enum Error<E> {
     Bus(E),
     /// The chip at this address is another one.
     WrongId { found: u8 },
-    /// A register does not hold the value that was written.
+    /// A register does not hold the value that was written, or the accelerometer's register of
+    /// errors (2) is not 0.
     ConfigurationRefused { register: u8, found: u8 },
     /// The gyroscope reports that its self-test has failed. It does not name the axis.
     GyroscopeTestFailed,

@@ -4,7 +4,7 @@ use bittybuzz_bmi088::{AccelerationCounts, RateCounts};
 
 #[test]
 fn rates_have_the_sensitivity_of_the_data_sheet() {
-    // 16.384 counts per °/s (table 3): 16,384 counts are 1000 °/s, which are 17.453293 rad/s.
+    // 16.384 counts per °/s (5.5.2): 16,384 counts are 1000 °/s, which are 17.453293 rad/s.
     let rate = RateCounts([16_384, -16_384, 0]).rad_per_s();
     let expected = 1000f32.to_radians();
     assert!((rate.rad_per_s[0] - expected).abs() < 1e-5, "{rate:?}");
@@ -17,7 +17,7 @@ fn rates_have_the_sensitivity_of_the_data_sheet() {
 
 #[test]
 fn accelerations_have_the_sensitivity_of_the_data_sheet() {
-    // 1,365 counts per g (table 2), which is rounded.
+    // 1,365 counts per g in Bosch's API (bmi08xa.c), which are rounded.
     let acceleration = AccelerationCounts([1_365, -1_365, 0]).m_per_s2().m_per_s2;
     assert!((acceleration[0] - 9.80665).abs() < 0.003, "{acceleration:?}");
     assert!((acceleration[1] + 9.80665).abs() < 0.003, "{acceleration:?}");

@@ -33,9 +33,9 @@ fn a_failed_transaction_ends_the_call() {
     let count = check_failures(|wires| start_gyroscope(wires, Defect::None), Error::Bus);
     assert_eq!(count, 15, "identity, reset, pins, and six registers written and read");
     let count = check_failures(|wires| start_accelerometer(wires, Defect::None), Error::Bus);
-    assert_eq!(count, 10);
+    assert_eq!(count, 11);
     assert!(check_failures(|wires| test_gyroscope(wires, Defect::None), Error::Bus) > 10);
-    assert_eq!(check_failures(|wires| test_accelerometer(wires, Defect::None), Error::Bus), 16);
+    assert_eq!(check_failures(|wires| test_accelerometer(wires, Defect::None), Error::Bus), 17);
 }
 
 #[test]
@@ -68,7 +68,9 @@ fn each_register_of_the_configuration_is_read_back() {
         let register = register as u8;
         assert_eq!(result.map(|_| ()), Err(Error::ConfigurationRefused { register, found }));
     }
-    for (register, found) in [(0x7c, 3), (0x7d, 0), (0x40, 0xa8), (0x41, 1)] {
+    for (register, found) in
+        [(0x7c, 3), (0x7d, 0), (0x40, 0xa8), (0x41, 1), (0x02, 0x04), (0x02, 1)]
+    {
         let result = start_accelerometer(&Wires::new(), Defect::Stuck(register, found));
         let register = register as u8;
         assert_eq!(result.map(|_| ()), Err(Error::ConfigurationRefused { register, found }));

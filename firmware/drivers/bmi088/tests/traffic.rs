@@ -91,7 +91,7 @@ fn a_sample_is_one_transaction_per_chip() {
 
 #[test]
 fn the_pin_of_data_ready_can_be_chosen() {
-    // Registers 0x15, 0x16 and 0x18 (data sheet, 5.5.10 to 5.5.13).
+    // Registers 0x15, 0x16 and 0x18 (data sheet, 5.5.8 to 5.5.10).
     let pins = [
         (DataReady::Off, [0x00, 0x0f, 0x00]),
         (DataReady::Int3, [0x80, 0x0d, 0x01]),

@@ -6,7 +6,7 @@ use embedded_hal_async::i2c::I2c;
 use crate::Error;
 use crate::calibration::{Air, BarometerCounts, CALIBRATION_BYTES, Calibration, checksum};
 
-// Registers (data sheet of the BMP388, 4.3).
+// Registers, with the names of the data sheet.
 const CHIP_ID: u8 = 0x00;
 const ERR_REG: u8 = 0x02;
 const STATUS: u8 = 0x03;
@@ -45,7 +45,7 @@ const READY_MS: u32 = 10;
 /// The longest wait for a sample: five periods.
 const SAMPLE_MS: u32 = 100;
 
-/// The operating range (data sheet of the BMP388, table 2).
+/// The operating range. Bosch's API limits its results to it.
 const PRESSURES_PA: core::ops::RangeInclusive<f32> = 30_000.0..=125_000.0;
 const TEMPERATURES_CELSIUS: core::ops::RangeInclusive<f32> = -40.0..=85.0;
 
@@ -154,8 +154,7 @@ impl Barometer {
     /// # Errors
     /// Returns the error of the bus.
     pub async fn read<B: I2c>(&self, bus: &mut B) -> Result<Sample, B::Error> {
-        // The counts stand directly after the status, with their lowest byte first (4.3.3 to
-        // 4.3.5).
+        // The counts stand directly after the status, with their lowest byte first.
         let [status, p_low, p_mid, p_high, t_low, t_mid, t_high] =
             read(bus, self.address, STATUS).await?;
         let counts = BarometerCounts {

@@ -17,7 +17,7 @@ pub struct Air {
     pub temperature_celsius: f32,
 }
 
-/// The coefficients of polynomials, with the scales of the data sheet (BMP388: 8.4 to 8.6). An
+/// The coefficients of polynomials, with the scales of the data sheet's appendix. An
 /// array holds the factors of the powers of the temperature from the zeroth on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {

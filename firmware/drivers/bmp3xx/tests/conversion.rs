@@ -1,7 +1,7 @@
 //! The compensation, compared with exact arithmetic.
 //!
-//! The expected values were computed with Python's fractions from the formulas of the data sheet
-//! (BMP388: 8.5 and 8.6), and the same program computed Bosch's integer formulas
+//! The expected values were computed with Python's fractions from the formulas with real
+//! numbers, and the same program computed Bosch's integer formulas
 //! (BMP3-Sensor-API, bmp3.c without BMP3_FLOAT_COMPENSATION). Both agree within the resolution of
 //! the integers: 0.01 °C, and 0.02 Pa.
 
