@@ -18,8 +18,9 @@
 //! eightfold, filter coefficient 3.
 //!
 //! # Features and cost
-//! There are no features. The driver allocates nothing and uses no floating-point functions. A
-//! [`Barometer`] takes 60 bytes. The conversion takes 13 multiplications; its rounding error in
+//! There are no features. The driver allocates nothing and uses no floating-point functions. On a
+//! Cortex-M4 (`opt-level = "z"`, link-time optimization) it takes 3.8 kB of flash. A [`Barometer`]
+//! takes 60 bytes. The conversion takes 13 multiplications; its rounding error in
 //! single precision is at most 0.05 Pa, which are 4 mm of height.
 //!
 //! # What it will not do

@@ -19,8 +19,8 @@
 //! mode 0, and the library Bitcraze_PMW3901 mode 3 at 4 MHz.
 //!
 //! # Features and cost
-//! There are no features. The driver allocates nothing and uses no floating-point functions. Its
-//! list of registers takes 152 bytes of flash.
+//! There are no features. The driver allocates nothing and uses no floating-point functions. On a
+//! Cortex-M4 (`opt-level = "z"`, link-time optimization) it takes 2.3 kB of flash.
 //!
 //! # What it will not do
 //! Read pictures, drive the LED, or tell a floor without texture from a robot that stands still:

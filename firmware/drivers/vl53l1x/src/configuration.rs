@@ -25,13 +25,31 @@ pub enum Mode {
     Long33Ms,
 }
 
-/// The registers of a distance mode.
-pub struct ModeRegisters {
-    /// Registers with one byte.
-    pub bytes: [(u16, u8); 4],
-    /// Registers with two bytes. Those of the budget come last.
-    pub words: [(u16, u16); 4],
-}
+/// The first of some registers, and their values.
+pub type Setting = (u16, &'static [u8]);
+
+/// The registers of a mode: the calibration of the phase, the two periods of the laser, the valid
+/// phase, the initial values of the two windows, and the two budgets.
+const SHORT_20_MS: [Setting; 8] = [
+    (0x004b, &[0x14]),
+    (0x0060, &[0x07]),
+    (0x0063, &[0x05]),
+    (0x0069, &[0x38]),
+    (0x0078, &[0x07, 0x05]),
+    (0x007a, &[0x06, 0x06]),
+    (0x005e, &[0x00, 0x51]),
+    (0x0061, &[0x00, 0x6e]),
+];
+const LONG_33_MS: [Setting; 8] = [
+    (0x004b, &[0x0a]),
+    (0x0060, &[0x0f]),
+    (0x0063, &[0x0d]),
+    (0x0069, &[0xb8]),
+    (0x0078, &[0x0f, 0x0d]),
+    (0x007a, &[0x0e, 0x0e]),
+    (0x005e, &[0x00, 0x60]),
+    (0x0061, &[0x00, 0x6e]),
+];
 
 impl Mode {
     /// Returns the time between two measurements, which is the budget: the chip measures without a
@@ -43,18 +61,10 @@ impl Mode {
         }
     }
 
-    pub(crate) fn registers(self) -> ModeRegisters {
-        // The calibration of the phase, the two periods of the laser, the valid phase, and the
-        // initial values of the two windows; then the two budgets.
+    pub(crate) fn settings(self) -> &'static [Setting; 8] {
         match self {
-            Mode::Short20Ms => ModeRegisters {
-                bytes: [(0x004b, 0x14), (0x0060, 0x07), (0x0063, 0x05), (0x0069, 0x38)],
-                words: [(0x0078, 0x0705), (0x007a, 0x0606), (0x005e, 0x0051), (0x0061, 0x006e)],
-            },
-            Mode::Long33Ms => ModeRegisters {
-                bytes: [(0x004b, 0x0a), (0x0060, 0x0f), (0x0063, 0x0d), (0x0069, 0xb8)],
-                words: [(0x0078, 0x0f0d), (0x007a, 0x0e0e), (0x005e, 0x0060), (0x0061, 0x006e)],
-            },
+            Mode::Short20Ms => &SHORT_20_MS,
+            Mode::Long33Ms => &LONG_33_MS,
         }
     }
 }

@@ -1,10 +1,12 @@
 //! The chip on the bus.
 
+use core::slice::from_ref;
+
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::i2c::I2c;
 
 use crate::Error;
-use crate::configuration::{DEFAULTS, DEFAULTS_START, Mode};
+use crate::configuration::{DEFAULTS, DEFAULTS_START, Mode, Setting};
 use crate::reading::{RESULT_BYTES, Reading};
 
 /// The address of a chip after power-on, 7 bits.
@@ -41,6 +43,25 @@ const CLEAR: u8 = 0x01;
 /// The calibration of the voltage begins with the value of the previous measurement.
 const TWO_LOOPS: u8 = 0x09;
 
+/// The voltage of the bus, before the configuration.
+const VOLTAGE: [Setting; 3] = [
+    (PAD_I2C_HV__CONFIG, &[0]),
+    (PAD_I2C_HV__EXTSUP_CONFIG, &[IO_2_8_VOLTS]),
+    (GPIO_HV_PAD__CTRL, &[IO_2_8_VOLTS]),
+];
+/// The end of the first measurement. Later ones use its calibration.
+const CALIBRATED: [Setting; 4] = [
+    (SYSTEM__INTERRUPT_CLEAR, &[CLEAR]),
+    (SYSTEM__MODE_START, &[STOP]),
+    (VHV_CONFIG__TIMEOUT_MACROP_LOOP_BOUND, &[TWO_LOOPS]),
+    (VHV_CONFIG__INIT, &[0]),
+];
+/// The begin of the measurements.
+const BEGIN: [Setting; 2] = [(SYSTEM__INTERRUPT_CLEAR, &[CLEAR]), (SYSTEM__MODE_START, &[START])];
+
+/// The longest value that is written or read back: the period.
+const VALUE_BYTES: usize = 4;
+
 const BOOT_MS: u32 = 100;
 /// The longest wait for the first measurement, as in Linux.
 const CALIBRATION_MS: u32 = 1_000;
@@ -70,7 +91,7 @@ impl RangeFinder {
             return Err(Error::AddressReserved { address: to });
         }
         check_identity(bus, delay, from).await?;
-        write(bus, from, I2C_SLAVE__DEVICE_ADDRESS, to).await?;
+        write(bus, from, I2C_SLAVE__DEVICE_ADDRESS, &[to]).await?;
         check_identity(bus, delay, to).await
     }
 
@@ -85,21 +106,16 @@ impl RangeFinder {
         address: u8,
     ) -> Result<RangeFinder, Error<B::Error>> {
         check_identity(bus, delay, address).await?;
-        write(bus, address, PAD_I2C_HV__CONFIG, 0).await?;
-        write(bus, address, PAD_I2C_HV__EXTSUP_CONFIG, IO_2_8_VOLTS).await?;
-        write(bus, address, GPIO_HV_PAD__CTRL, IO_2_8_VOLTS).await?;
+        write_all(bus, address, &VOLTAGE).await?;
         write_defaults(bus, address).await?;
         // ST does not say which of the other registers can be read back.
-        let [polarity, ..] = DEFAULTS;
-        check(bus, address, GPIO_HV_MUX__CTRL, [polarity]).await?;
+        let [polarity, ..] = &DEFAULTS;
+        check(bus, address, GPIO_HV_MUX__CTRL, from_ref(polarity)).await?;
 
         let finder = RangeFinder { address };
-        write(bus, address, SYSTEM__MODE_START, START).await?;
+        write(bus, address, SYSTEM__MODE_START, &[START]).await?;
         finder.wait_for_result(bus, delay).await?;
-        write(bus, address, SYSTEM__INTERRUPT_CLEAR, CLEAR).await?;
-        write(bus, address, SYSTEM__MODE_START, STOP).await?;
-        write(bus, address, VHV_CONFIG__TIMEOUT_MACROP_LOOP_BOUND, TWO_LOOPS).await?;
-        write(bus, address, VHV_CONFIG__INIT, 0).await?;
+        write_all(bus, address, &CALIBRATED).await?;
         Ok(finder)
     }
 
@@ -110,27 +126,14 @@ impl RangeFinder {
     /// Returns an error of the bus, or [`Error::ConfigurationRefused`].
     pub async fn begin<B: I2c>(&self, bus: &mut B, mode: Mode) -> Result<(), Error<B::Error>> {
         let address = self.address;
-        let registers = mode.registers();
-        for (register, value) in registers.bytes {
-            write(bus, address, register, value).await?;
-        }
-        for (register, value) in registers.words {
-            write_word(bus, address, register, value).await?;
-        }
         let period = self.period(bus, mode).await?.to_be_bytes();
-        let [high, low] = SYSTEM__INTERMEASUREMENT_PERIOD.to_be_bytes();
-        let [a, b, c, d] = period;
-        bus.write(address, &[high, low, a, b, c, d]).await?;
-        for (register, value) in registers.bytes {
-            check(bus, address, register, [value]).await?;
+        write_all(bus, address, mode.settings()).await?;
+        write(bus, address, SYSTEM__INTERMEASUREMENT_PERIOD, &period).await?;
+        for (register, value) in mode.settings() {
+            check(bus, address, *register, value).await?;
         }
-        for (register, value) in registers.words {
-            check(bus, address, register, value.to_be_bytes()).await?;
-        }
-        check(bus, address, SYSTEM__INTERMEASUREMENT_PERIOD, period).await?;
-        write(bus, address, SYSTEM__INTERRUPT_CLEAR, CLEAR).await?;
-        write(bus, address, SYSTEM__MODE_START, START).await?;
-        Ok(())
+        check(bus, address, SYSTEM__INTERMEASUREMENT_PERIOD, &period).await?;
+        Ok(write_all(bus, address, &BEGIN).await?)
     }
 
     /// Stops the measurements.
@@ -138,7 +141,7 @@ impl RangeFinder {
     /// # Errors
     /// Returns the error of the bus.
     pub async fn stop<B: I2c>(&self, bus: &mut B) -> Result<(), B::Error> {
-        write(bus, self.address, SYSTEM__MODE_START, STOP).await
+        write(bus, self.address, SYSTEM__MODE_START, &[STOP]).await
     }
 
     /// Returns the result of a new measurement, if there is one, and lets the chip offer the next.
@@ -151,7 +154,7 @@ impl RangeFinder {
             return Ok(None);
         }
         let result: [u8; RESULT_BYTES] = read(bus, self.address, RESULT__RANGE_STATUS).await?;
-        write(bus, self.address, SYSTEM__INTERRUPT_CLEAR, CLEAR).await?;
+        write(bus, self.address, SYSTEM__INTERRUPT_CLEAR, &[CLEAR]).await?;
         Ok(Some(Reading::new(result)))
     }
 
@@ -222,29 +225,37 @@ async fn read<B: I2c, const N: usize>(
     Ok(values)
 }
 
-async fn write<B: I2c>(bus: &mut B, address: u8, register: u16, value: u8) -> Result<(), B::Error> {
-    let [high, low] = register.to_be_bytes();
-    bus.write(address, &[high, low, value]).await
-}
-
-async fn write_word<B: I2c>(
+/// Writes at most [`VALUE_BYTES`] bytes to registers from `register` on.
+async fn write<B: I2c>(
     bus: &mut B,
     address: u8,
     register: u16,
-    value: u16,
+    value: &[u8],
 ) -> Result<(), B::Error> {
-    let ([high, low], [first, second]) = (register.to_be_bytes(), value.to_be_bytes());
-    bus.write(address, &[high, low, first, second]).await
+    let mut bytes = [0; 2 + VALUE_BYTES];
+    let content = register.to_be_bytes();
+    bytes.iter_mut().zip(content.iter().chain(value)).for_each(|(to, from)| *to = *from);
+    let bytes = bytes.get(..content.len() + value.len()).unwrap_or(&bytes);
+    bus.write(address, bytes).await
 }
 
-/// Reads a register back, and compares it.
-async fn check<B: I2c, const N: usize>(
+async fn write_all<B: I2c>(bus: &mut B, address: u8, settings: &[Setting]) -> Result<(), B::Error> {
+    for (register, value) in settings {
+        write(bus, address, *register, value).await?;
+    }
+    Ok(())
+}
+
+/// Reads at most [`VALUE_BYTES`] bytes back, and compares them.
+async fn check<B: I2c>(
     bus: &mut B,
     address: u8,
     register: u16,
-    value: [u8; N],
+    value: &[u8],
 ) -> Result<(), Error<B::Error>> {
-    let found: [u8; N] = read(bus, address, register).await?;
+    let mut found = [0; VALUE_BYTES];
+    let found = found.get_mut(..value.len()).unwrap_or_default();
+    bus.write_read(address, &register.to_be_bytes(), found).await?;
     if found == value {
         return Ok(());
     }
