@@ -56,7 +56,7 @@ const CALIBRATED: [Setting; 4] = [
     (VHV_CONFIG__TIMEOUT_MACROP_LOOP_BOUND, &[TWO_LOOPS]),
     (VHV_CONFIG__INIT, &[0]),
 ];
-/// The begin of the measurements.
+/// The begin of the measurements. A result from before it does not count, as in Linux.
 const BEGIN: [Setting; 2] = [(SYSTEM__INTERRUPT_CLEAR, &[CLEAR]), (SYSTEM__MODE_START, &[START])];
 
 /// The longest value that is written or read back: the period.
@@ -113,20 +113,20 @@ impl RangeFinder {
         check(bus, address, GPIO_HV_MUX__CTRL, from_ref(polarity)).await?;
 
         let finder = RangeFinder { address };
-        write(bus, address, SYSTEM__MODE_START, &[START]).await?;
+        write_all(bus, address, &BEGIN).await?;
         finder.wait_for_result(bus, delay).await?;
         write_all(bus, address, &CALIBRATED).await?;
         Ok(finder)
     }
 
-    /// Chooses a mode, reads it back, and starts to measure. The chip must not measure; see
-    /// [`stop`](Self::stop).
+    /// Chooses a mode, reads it back, and starts to measure. A chip that measures stops before.
     ///
     /// # Errors
     /// Returns an error of the bus, or [`Error::ConfigurationRefused`].
     pub async fn begin<B: I2c>(&self, bus: &mut B, mode: Mode) -> Result<(), Error<B::Error>> {
         let address = self.address;
         let period = self.period(bus, mode).await?.to_be_bytes();
+        self.stop(bus).await?;
         write_all(bus, address, mode.settings()).await?;
         write(bus, address, SYSTEM__INTERMEASUREMENT_PERIOD, &period).await?;
         for (register, value) in mode.settings() {

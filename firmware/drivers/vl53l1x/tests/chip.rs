@@ -33,11 +33,13 @@ pub struct Model {
     released_at: Time,
     /// The time of the next result while the chip measures.
     due: Option<Time>,
+    /// True from a result until the interrupt is cleared, also after the chip has stopped.
+    offers: bool,
 }
 
 impl Model {
     pub fn new(defect: Defect, released_at: Time) -> Model {
-        let mut model = Model { defect, values: [0; 0x120], released_at, due: None };
+        let mut model = Model { defect, values: [0; 0x120], released_at, due: None, offers: false };
         model.values[1] = 0x29;
         model.values[0xde..0xe0].copy_from_slice(&OSCILLATOR.to_be_bytes());
         // The highest bits of the oscillator's value have another meaning.
@@ -63,7 +65,7 @@ impl Model {
         Time::from_micros(micros as u64).max(Time::from_millis(budget_ms))
     }
 
-    fn has_result(&self, now: Time) -> bool {
+    fn is_due(&self, now: Time) -> bool {
         self.due.is_some_and(|due| now >= due) && self.defect != Defect::NeverMeasures
     }
 }
@@ -73,14 +75,18 @@ impl RegisterFile for Model {
         if register == 0x01 && self.defect == Defect::KeepsAddress {
             return;
         }
+        self.offers |= self.is_due(now);
         self.values[usize::from(register)] = value;
         match (register, value) {
             (0x87, 0x40) => self.due = Some(now + self.period()),
             (0x87, _) => self.due = None,
-            (0x86, 0x01) if self.has_result(now) => {
-                // The chip has gone on measuring meanwhile.
-                self.due = self.due.map(|due| due + self.period());
-                self.values[0x8b] = self.values[0x8b].wrapping_add(1);
+            (0x86, 0x01) => {
+                self.offers = false;
+                if self.is_due(now) {
+                    // The chip has gone on measuring meanwhile.
+                    self.due = self.due.map(|due| due + self.period());
+                    self.values[0x8b] = self.values[0x8b].wrapping_add(1);
+                }
             }
             _ => {}
         }
@@ -89,7 +95,10 @@ impl RegisterFile for Model {
     fn read(&mut self, register: u16, now: Time) -> u8 {
         match (register, self.defect) {
             (_, Defect::Stuck(stuck, value)) if stuck == register => value,
-            (0x31, _) => 0x02 | u8::from(self.has_result(now)),
+            (0x31, _) => {
+                self.offers |= self.is_due(now);
+                0x02 | u8::from(self.offers)
+            }
             (0xe5, Defect::NeverBoots) => 0,
             (0xe5, _) => u8::from(now >= self.released_at + Time::from_millis(3)),
             (0x10f | 0x110, defect) => {

@@ -44,6 +44,8 @@ fn the_chip_starts_as_in_the_ultra_lite_driver() {
         vec![0x00, 0x2e, 0x01],
         vec![0x00, 0x2f, 0x01],
         [vec![0x00, 0x30], defaults()].concat(),
+        // ST's driver does not clear the interrupt here; that of Linux does.
+        vec![0x00, 0x86, 0x01],
         vec![0x00, 0x87, 0x40],
         vec![0x00, 0x86, 0x01],
         vec![0x00, 0x87, 0x00],
@@ -96,8 +98,9 @@ fn modes_have_the_registers_of_the_ultra_lite_driver() {
             wires.take_events();
             finder.begin(&mut bench.bus, mode).await.unwrap();
         });
-        let mut expected: Vec<Vec<u8>> =
-            registers.iter().map(|bytes| [&[0], *bytes].concat()).collect();
+        let stop = vec![0x00, 0x87, 0x00];
+        let registers = registers.iter().map(|bytes| [&[0], *bytes].concat());
+        let mut expected: Vec<Vec<u8>> = [stop].into_iter().chain(registers).collect();
         expected.extend([vec![0x00, 0x86, 0x01], vec![0x00, 0x87, 0x40]]);
         assert_eq!(writes(wires.take_events()), expected, "{mode:?}");
     }
@@ -124,6 +127,26 @@ fn the_chip_measures_in_the_period_of_its_mode() {
         });
         assert!(rate.contains(&count), "{mode:?}: {count}");
     }
+}
+
+#[test]
+fn a_chip_that_measures_can_be_started_and_changed() {
+    let wires = Wires::new();
+    let mut bench = Bench::new(&wires, Defect::None);
+    run(async {
+        let finder = started(&mut bench).await;
+        finder.begin(&mut bench.bus, Mode::Short20Ms).await.unwrap();
+        bench.delay.delay_ms(50).await;
+        // The processor was reset, but not the chip, which has an old result.
+        let before = wires.now();
+        let finder = started(&mut bench).await;
+        let calibration = wires.now() - before;
+        assert!(calibration > Time::from_millis(100), "it waits for a new measurement");
+        finder.begin(&mut bench.bus, Mode::Short20Ms).await.unwrap();
+        bench.delay.delay_ms(50).await;
+        finder.begin(&mut bench.bus, Mode::Long33Ms).await.unwrap();
+        assert_eq!(finder.poll(&mut bench.bus).await, Ok(None), "no result of the other mode");
+    });
 }
 
 #[test]
