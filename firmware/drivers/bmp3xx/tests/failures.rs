@@ -61,7 +61,9 @@ fn the_self_test_finds_each_defect() {
     let wires = Wires::new();
     assert_eq!(self_test(&wires, Defect::Silent), Err(Error::Timeout));
     assert!(wires.now().nanos() < 200_000_000, "{:?}", wires.now());
-    // The highest byte of the pressure: 1.6 million counts are more than 125 kPa.
-    let implausible = self_test(&Wires::new(), Defect::Stuck(0x06, 0x18));
-    assert!(matches!(implausible, Err(Error::Implausible(air)) if air.pressure_pa > 125_000.0));
+    // The highest byte of a count that makes the pressure too high or too low, or the temperature.
+    for (register, byte) in [(0x06, 0x18), (0x06, 0xff), (0x09, 0xc0), (0x09, 0x38)] {
+        let implausible = self_test(&Wires::new(), Defect::Stuck(register, byte));
+        assert!(matches!(implausible, Err(Error::Implausible(_))), "{register} {implausible:?}");
+    }
 }
