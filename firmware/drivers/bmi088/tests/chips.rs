@@ -23,8 +23,8 @@ pub enum Defect {
     TestHangs,
     /// The self-test of the gyroscope fails.
     TestFails,
-    /// The force of the self-test does not deflect this axis.
-    AxisStuck(usize),
+    /// The force of the self-test deflects this axis by this number of counts in each direction.
+    Force(usize, i16),
 }
 
 /// The gyroscope, with the given sample.
@@ -128,12 +128,16 @@ impl AccelerometerModel {
     /// Returns the counts that the force adds to an axis: 1.5 g in x and y, 0.75 g in z, once the
     /// accelerometer has settled, at 1,600 Hz and ±24 g.
     fn force(&self, axis: usize, now: Time) -> i16 {
-        let is_settled = now >= self.forced_at + Time::from_millis(50);
+        let is_settled = now > self.forced_at + Time::from_millis(50);
         let is_set_up = self.values[0x40] & 0x0f == 0x0c && self.values[0x41] == 3;
-        if !is_settled || !is_set_up || self.defect == Defect::AxisStuck(axis) {
+        if !is_settled || !is_set_up {
             return 0;
         }
-        let counts = if axis == 2 { 512 } else { 1024 };
+        let counts = match self.defect {
+            Defect::Force(weak, counts) if weak == axis => counts,
+            _ if axis == 2 => 512,
+            _ => 1024,
+        };
         match self.values[0x6d] {
             0x0d => counts,
             0x09 => -counts,

@@ -90,9 +90,17 @@ fn the_self_test_of_the_gyroscope_fails_or_hangs() {
 #[test]
 fn the_self_test_of_the_accelerometer_names_the_axis() {
     assert_eq!(test_accelerometer(&Wires::new(), Defect::None), Ok(()));
-    for (number, axis) in [Axis::X, Axis::Y, Axis::Z].into_iter().enumerate() {
-        let failed = test_accelerometer(&Wires::new(), Defect::AxisStuck(number));
-        let difference_counts = 0;
+    // A g has 1,365.33 counts. The sign does not matter.
+    for (number, axis, enough, too_little) in [
+        (0, Axis::X, 683, 682),
+        (1, Axis::Y, -683, 682),
+        (2, Axis::Z, 342, 341),
+        (2, Axis::Z, 342, 0),
+    ] {
+        let passed = test_accelerometer(&Wires::new(), Defect::Force(number, enough));
+        assert_eq!(passed, Ok(()));
+        let failed = test_accelerometer(&Wires::new(), Defect::Force(number, too_little));
+        let difference_counts = 2 * i32::from(too_little);
         assert_eq!(failed, Err(Error::AccelerometerTestFailed { axis, difference_counts }));
     }
 }
