@@ -23,8 +23,8 @@ const POWER_ACTIVE: u8 = 0x00;
 const POWER_ON: u8 = 0x04;
 /// 1,600 samples per second with fourfold oversampling, which is a bandwidth of 145 Hz.
 const ODR_1600_OSR4: u8 = 0x8c;
-/// 1,600 samples per second without oversampling, for the self-test. The data sheet (4.6.1) adds this
-/// value up from its bits, and also has 0xA7, which would be 50 samples per second.
+/// 1,600 samples per second without oversampling, for the self-test. The data sheet (4.6.1) adds
+/// this value up from its bits, and also has 0xA7, which would be 50 samples per second.
 const ODR_1600_NORMAL: u8 = 0xac;
 /// ±24 g.
 const RANGE_24: u8 = 0x03;
@@ -43,8 +43,8 @@ const RESET_MS: u32 = 1;
 const POWER_MS: u32 = 5;
 /// The time after the accelerometer is active before it is configured, as in crazyflie-firmware.
 const ACTIVE_MS: u32 = 10;
-/// The times of the self-test: after its configuration, which is more than 2 ms, and with each force,
-/// which is more than 50 ms (data sheet, 4.6.1).
+/// The times of the self-test: after its configuration, which is more than 2 ms, and with each
+/// force, which is more than 50 ms (data sheet, 4.6.1).
 const TEST_SETTLE_MS: u32 = 3;
 const TEST_FORCE_MS: u32 = 60;
 

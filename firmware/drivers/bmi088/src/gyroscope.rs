@@ -31,8 +31,8 @@ const POWER_NORMAL: u8 = 0x00;
 const DATA_READY_ON: u8 = 0x80;
 
 /// Bits of [`SELF_TEST`]. Sources do not agree on the bit that reports the health of the sensor
-/// without a test (3 in Bosch's API, 4 in the data sheet), and a user of Bosch's forum saw it set on
-/// a broken chip whose test failed. Therefore it is not used.
+/// without a test (3 in Bosch's API, 4 in the data sheet), and a user of Bosch's forum saw it set
+/// on a broken chip whose test failed. Therefore it is not used.
 const TEST_START: u8 = 1 << 0;
 const TEST_READY: u8 = 1 << 1;
 const TEST_FAILED: u8 = 1 << 2;

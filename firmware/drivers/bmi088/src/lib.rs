@@ -33,8 +33,8 @@
 //!
 //! # Sources
 //! Registers and figures are those of the data sheet BST-BMI088-DS001 (its sections are those of
-//! revision 1.3), as Bosch's BMI08x-Sensor-API, crazyflie-firmware (sensors_bmi088_bmp3xx.c) and the
-//! drivers of Linux and Zephyr use them. The driver was not tried on hardware.
+//! revision 1.3), as Bosch's BMI08x-Sensor-API, crazyflie-firmware (sensors_bmi088_bmp3xx.c) and
+//! the drivers of Linux and Zephyr use them. The driver was not tried on hardware.
 //!
 //! # Use
 //! ```

@@ -41,7 +41,10 @@
 //! use bittybuzz_bmp3xx::{Address, Barometer, Error};
 //! use embedded_hal_async::{delay::DelayNs, i2c::I2c};
 //!
-//! async fn pressure<B: I2c>(bus: &mut B, mut delay: impl DelayNs) -> Result<f32, Error<B::Error>> {
+//! async fn pressure<B>(bus: &mut B, mut delay: impl DelayNs) -> Result<f32, Error<B::Error>>
+//! where
+//!     B: I2c,
+//! {
 //!     let barometer = Barometer::start(bus, &mut delay, Address::SdoHigh).await?;
 //!     barometer.self_test(bus, &mut delay).await?;
 //!     let sample = barometer.read(bus).await?;

@@ -39,7 +39,7 @@ pub enum Defect {
     Stuck(u16, u8),
     /// A byte of the calibration is damaged.
     Calibration,
-    /// The chip never measures.
+    /// The chip measures once, and then never again.
     Silent,
 }
 
@@ -66,8 +66,11 @@ impl Model {
     }
 
     fn periods(&self, now: Time) -> u64 {
-        let measures = self.values[0x1b] == 0x33 && self.defect != Defect::Silent;
-        if measures { (now - self.reset_at).nanos() / 20_000_000 } else { 0 }
+        match (self.defect, self.values[0x1b]) {
+            (Defect::Silent, _) => 1,
+            (_, 0x33) => (now - self.reset_at).nanos() / 20_000_000,
+            _ => 0,
+        }
     }
 }
 

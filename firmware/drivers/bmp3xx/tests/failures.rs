@@ -2,6 +2,7 @@
 
 use bittybuzz_bmp3xx::{Air, Barometer, Error};
 use bittybuzz_testbus::{BusError, Wires, check_failures, run};
+use embedded_hal_async::delay::DelayNs;
 
 use crate::chip::{Bench, Defect};
 
@@ -13,6 +14,8 @@ fn start(wires: &Wires, defect: Defect) -> Result<Barometer, Error<BusError>> {
 fn self_test(wires: &Wires, defect: Defect) -> Result<Air, Error<BusError>> {
     let mut bench = Bench::new(wires, Defect::None);
     let barometer = bench.start()?;
+    // The chip has measured before.
+    run(bench.delay.delay_ms(100));
     bench.chip.borrow_mut().file.defect = defect;
     run(barometer.self_test(&mut bench.bus, &mut bench.delay))
 }
@@ -60,7 +63,7 @@ fn the_self_test_finds_each_defect() {
     assert_eq!(broken, Err(Error::Broken { found: 0x01 }));
     let wires = Wires::new();
     assert_eq!(self_test(&wires, Defect::Silent), Err(Error::Timeout));
-    assert!(wires.now().nanos() < 200_000_000, "{:?}", wires.now());
+    assert!(wires.now().nanos() < 300_000_000, "{:?}", wires.now());
     // The highest byte of a count that makes the pressure too high or too low, or the temperature.
     for (register, byte) in [(0x06, 0x18), (0x06, 0xff), (0x09, 0xc0), (0x09, 0x38)] {
         let implausible = self_test(&Wires::new(), Defect::Stuck(register, byte));

@@ -42,7 +42,10 @@
 //! use bittybuzz_pmw3901::{Error, FlowSensor};
 //! use embedded_hal_async::{delay::DelayNs, spi::SpiDevice};
 //!
-//! async fn flow<S: SpiDevice>(spi: &mut S, mut delay: impl DelayNs) -> Result<(), Error<S::Error>> {
+//! async fn flow<S>(spi: &mut S, mut delay: impl DelayNs) -> Result<(), Error<S::Error>>
+//! where
+//!     S: SpiDevice,
+//! {
 //!     let sensor = FlowSensor::start(spi, &mut delay).await?;
 //!     delay.delay_ms(10).await;
 //!     let motion = sensor.read(spi, &mut delay).await?;

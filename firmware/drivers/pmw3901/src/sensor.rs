@@ -31,8 +31,9 @@ const CLEAR_MS: u32 = 1;
 /// The pause between the two parts of the list.
 const LIST_MS: u32 = 10;
 
-/// The pauses of crazyflie-firmware, which are longer than those of PX4: next to each byte; between the register and the value of a reading, in which the chip fetches it; after an
-/// access, and after a burst.
+/// The pauses of crazyflie-firmware, which are longer than those of PX4: before the first byte,
+/// between bytes and after the last; between the register and the value of a reading, in which the
+/// chip fetches it; after an access, and after a burst.
 const BYTE_US: u32 = 50;
 const FETCH_US: u32 = 500;
 const ACCESS_US: u32 = 200;

@@ -20,8 +20,8 @@
 //!
 //! # Features and cost
 //! There are no features. The driver allocates nothing and uses no floating-point functions. On a
-//! Cortex-M4 (`opt-level = "z"`, link-time optimization) it takes 4.7 kB of flash. Its configuration
-//! takes 90 bytes of the future that writes it.
+//! Cortex-M4 (`opt-level = "z"`, link-time optimization) it takes 4.7 kB of flash. Its
+//! configuration takes 90 bytes of the future that writes it.
 //!
 //! # What it will not do
 //! Soft resets (XSHUT resets the chip), 1.8 V on the bus, other budgets, regions of interest,

@@ -1,5 +1,6 @@
 //! A model of the chip, written from ST's user manual UM2356 and from the register map of the crate
-//! vl53l1-reg: it boots, measures in its period, and offers a result until the interrupt is cleared.
+//! vl53l1-reg: it boots, measures in its period, and offers a result until the interrupt is
+//! cleared.
 
 use std::cell::RefCell;
 use std::rc::Rc;
