@@ -23,8 +23,8 @@
 //! Cortex-M4 (`opt-level = "z"`, link-time optimization) it takes 2.3 kB of flash.
 //!
 //! # What it will not do
-//! Read pictures, drive the LED, or tell a floor without texture from a robot that stands still:
-//! both have no motion, and only the quality differs. The chip has no self-test, and most of its
+//! It does not read pictures or drive the LED, and does not distinguish a floor without texture from
+//! a robot that stands still: both have no motion, and only the quality differs. The chip has no self-test, and most of its
 //! registers are not documented, so the list cannot be read back; the identity is checked once more
 //! at the end, which fails if the last bank was not selected.
 //!

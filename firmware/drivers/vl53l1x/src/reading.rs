@@ -38,7 +38,7 @@ pub enum RangeFault {
     OutOfBounds,
     /// The measurement scatters too much.
     DeviationTooLarge,
-    /// The target is so far away that its distance appears shorter.
+    /// The target is beyond the range, and its distance appears shorter than it is.
     WrappedAround,
     /// A status without a meaning for the caller, for example that of the very first measurement.
     Other { status: u8 },
