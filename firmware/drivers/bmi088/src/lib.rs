@@ -24,8 +24,8 @@
 //! self-tests take 1.3 kB.
 //!
 //! # What it will not do
-//! SPI, other ranges and rates, the FIFO, interrupts of the accelerometer, the temperature, and the
-//! synchronization of the two chips.
+//! The crate does not support SPI, other ranges and rates, the FIFO, interrupts of the
+//! accelerometer, the temperature, and the synchronization of the two chips.
 //!
 //! # Cancellation
 //! A dropped future may leave a transfer unfinished: the bus driver decides its end. Start the chip

@@ -24,8 +24,8 @@
 //! single precision is at most 0.05 Pa, which are 4 mm of height.
 //!
 //! # What it will not do
-//! SPI, other rates, the FIFO, interrupts, and heights: these need a logarithm and the pressure at
-//! sea level.
+//! The crate does not support SPI, other rates, the FIFO, and interrupts. It computes no heights:
+//! these need a logarithm and the pressure at sea level.
 //!
 //! # Cancellation
 //! A dropped future may leave a transfer unfinished: the bus driver decides its end. Start the chip

@@ -23,10 +23,11 @@
 //! Cortex-M4 (`opt-level = "z"`, link-time optimization) it takes 2.3 kB of flash.
 //!
 //! # What it will not do
-//! It does not read pictures or drive the LED, and does not distinguish a floor without texture from
-//! a robot that stands still: both have no motion, and only the quality differs. The chip has no self-test, and most of its
-//! registers are not documented, so the list cannot be read back; the identity is checked once more
-//! at the end, which fails if the last bank was not selected.
+//! The crate does not read pictures or drive the LED. It does not distinguish a floor without
+//! texture from a robot that stands still: both have no motion, and only the quality differs. The
+//! chip has no self-test, and most of its registers are not documented, so the list cannot be read
+//! back; the identity is checked once more at the end, which fails if the last bank was not
+//! selected.
 //!
 //! # Cancellation
 //! A dropped future may leave the chip selected: the SPI device decides that. Start the chip again

@@ -24,9 +24,9 @@
 //! configuration takes 90 bytes of the future that writes it.
 //!
 //! # What it will not do
-//! Soft resets (XSHUT resets the chip), 1.8 V on the bus, other budgets, regions of interest,
-//! thresholds, and the calibration of offset and crosstalk. ST's full driver has a medium mode and
-//! budgets of any length; the ultra-lite way has not.
+//! The crate does not support soft resets (XSHUT resets the chip), 1.8 V on the bus, other budgets,
+//! regions of interest, thresholds, and the calibration of offset and crosstalk. ST's full driver
+//! has a medium mode and budgets of any length; the ultra-lite way has not.
 //!
 //! # Cancellation
 //! A dropped future may leave a transfer unfinished: the bus driver decides its end. Start the chip
