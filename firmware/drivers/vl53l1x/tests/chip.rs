@@ -24,7 +24,7 @@ pub enum Defect {
 }
 
 /// The oscillator of the model: a number per millisecond.
-const OSCILLATOR: u16 = 0x01f4;
+const OSCILLATOR: u16 = 501;
 
 /// The chip.
 pub struct Model {

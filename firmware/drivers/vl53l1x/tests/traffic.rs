@@ -57,7 +57,7 @@ fn the_chip_starts_as_in_the_ultra_lite_driver() {
 
 #[test]
 fn modes_have_the_registers_of_the_ultra_lite_driver() {
-    // The period is 500 · milliseconds · 1.075, as four bytes.
+    // The period is 501 · milliseconds · 1.075, as four bytes.
     let modes: [(Mode, [&[u8]; 9]); 2] = [
         (
             Mode::Short20Ms,
@@ -70,8 +70,8 @@ fn modes_have_the_registers_of_the_ultra_lite_driver() {
                 &[0x7a, 0x06, 0x06],
                 &[0x5e, 0x00, 0x51],
                 &[0x61, 0x00, 0x6e],
-                // 10,750.
-                &[0x6c, 0x00, 0x00, 0x29, 0xfe],
+                // 10,771.5, rounded down.
+                &[0x6c, 0x00, 0x00, 0x2a, 0x13],
             ],
         ),
         (
@@ -85,8 +85,8 @@ fn modes_have_the_registers_of_the_ultra_lite_driver() {
                 &[0x7a, 0x0e, 0x0e],
                 &[0x5e, 0x00, 0x60],
                 &[0x61, 0x00, 0x6e],
-                // 17,737.5, rounded down.
-                &[0x6c, 0x00, 0x00, 0x45, 0x49],
+                // 17,772.975, rounded down.
+                &[0x6c, 0x00, 0x00, 0x45, 0x6c],
             ],
         ),
     ];
