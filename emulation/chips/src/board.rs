@@ -167,7 +167,8 @@ pub trait Board: Sized {
         None
     }
 
-    /// Writes the halfword `new` over `old` in the flash and returns the change.
+    /// Handles a write of the core to the flash: of the halfword `new` over `old`, or of the lower
+    /// half of a word. Returns the change, if there is one.
     fn program(&mut self, _address: u32, _old: u16, _new: u16) -> Option<FlashChange> {
         None
     }

@@ -6,7 +6,6 @@ use crate::stm32::Write;
 
 const ACR: u32 = 0x00;
 const KEYR: u32 = 0x04;
-const OPTKEYR: u32 = 0x08;
 const SR: u32 = 0x0c;
 const CR: u32 = 0x10;
 const OPTCR: u32 = 0x14;
@@ -83,7 +82,7 @@ impl Flash {
                     self.sr |= if erases { SR_WRPERR } else { SR_PGSERR };
                 }
             }
-            OPTKEYR | OPTCR => {}
+            // The option bytes have no model.
             _ => {}
         }
     }

@@ -2,11 +2,14 @@
 
 use bittybuzz_chips::devices::one_wire::{DeckDescription, DeckMemory};
 use bittybuzz_chips::devices::pmw3901::{EarlyRead, Pmw3901};
-use bittybuzz_chips::devices::vl53l1x::{DistanceScale, Vl53l1x};
+use bittybuzz_chips::devices::vl53l1x::{DistanceScale, RangeTarget, Vl53l1x};
 use bittybuzz_chips::{SpiDevice, Time};
 
 /// Port and pin of IO_3, which selects the flow sensor while it is low.
 pub(crate) const SELECT: (usize, u8) = (1, 4);
+
+/// The distance from the sensor to the ground below a robot that stands on it (choice).
+const GROUND_MM: u16 = 15;
 
 /// The sensors of a deck. Both are powered whenever the STM32 is.
 pub(crate) struct FlowDeck {
@@ -16,13 +19,11 @@ pub(crate) struct FlowDeck {
 }
 
 impl FlowDeck {
-    /// Returns a deck whose power is turned on at `now`.
+    /// Returns a deck whose power is turned on at `now`, below a robot that stands on the ground.
     pub fn new(now: Time) -> Self {
-        FlowDeck {
-            flow: Pmw3901::new(EarlyRead::default(), now),
-            distance: Vl53l1x::new(DistanceScale::default(), true, now),
-            is_selected: false,
-        }
+        let mut distance = Vl53l1x::new(DistanceScale::default(), true, now);
+        distance.set_target(RangeTarget::Distance(GROUND_MM), now);
+        FlowDeck { flow: Pmw3901::new(EarlyRead::default(), now), distance, is_selected: false }
     }
 
     /// Returns the memory by which a firmware discovers the deck. The serial number is arbitrary.
