@@ -137,6 +137,9 @@ pub struct CrazyflieBoard {
     last_reset: ResetCause,
     noise: Random,
     nrf51: Nrf51,
+    /// The nRF51's next event. Only [`CrazyflieBoard::settle`] lets the nRF51 act, so an access of the
+    /// firmware does not change it.
+    nrf51_next: Option<Time>,
     buses: Buses,
     body: Option<FlightBody>,
     leds: [bool; LEDS.len()],
@@ -163,6 +166,7 @@ impl CrazyflieBoard {
             noise: Random::new(0),
             nrf51: Nrf51::new(),
             body: None,
+            nrf51_next: None,
             leds: [false; LEDS.len()],
             motors: [Pwm::LOW; MOTORS.len()],
             reset_request: None,
@@ -195,6 +199,7 @@ impl CrazyflieBoard {
             self.f405.reset(ResetCause::PowerOn);
             self.observe();
         }
+        self.nrf51_next = self.nrf51.next_event(self.now);
         self.next = self.find_next_event();
     }
 
@@ -202,6 +207,8 @@ impl CrazyflieBoard {
         let chips = self.f405.next_event().into_iter().chain(self.nrf51.next_event(self.now));
         let body = self.body.as_ref().map(FlightBody::next_step);
         let events = chips.chain(self.buses.next_event()).chain(body);
+        let chips = self.f405.next_event().into_iter().chain(self.nrf51_next);
+        let events = chips.chain(self.buses.next_event());
         // An event that needs a stopped clock never comes.
         events.min().filter(|at| *at < Time::NEVER)
     }
@@ -431,7 +438,10 @@ impl Board for CrazyflieBoard {
 
     fn write(&mut self, address: u32, width: Width, value: u32) {
         self.f405.write(address, width, value);
-        self.buses.after_write(&mut self.f405, self.now);
+        // The lines of the buses depend on I2C1, I2C3, the ports A to C and resets.
+        if matches!(address >> 10, 0x10_0015 | 0x10_0017 | 0x10_0080..=0x10_0082 | 0x10_008e) {
+            self.buses.after_write(&mut self.f405, self.now);
+        }
         self.after_access();
         // LEDs and motors depend on TIM2, TIM4, the ports and the clocks.
         if matches!(address >> 10, 0x10_0000 | 0x10_0002 | 0x10_0080..=0x10_008e) {
