@@ -13,20 +13,26 @@
 //! | [`link::swarm`] | sends swarm messages to all other robots |
 //! | [`battery::watch_battery`] | warns of an empty battery, stops the motors, switches off |
 //! | [`leds::show_status`] | drives the two LEDs of the firmware |
-//! | [`feed_watchdog`] | feeds the watchdog while all other tasks live |
+//! | [`flight::report`] | writes the log of the task that reads the sensors |
+//! | [`feed_watchdog`] | feeds the watchdog while all tasks live that it observes |
+//!
+//! One task runs above these, in the [`flight`] executor: it reads gyroscope and accelerometer 1,000
+//! times per second.
 //!
 //! # Not implemented yet
-//! The firmware does not fly: it reads no sensors, and the motors get at most 30 % of full power.
-//! The robot's position comes from a ground station.
+//! The firmware does not fly: nothing uses the samples of the sensors, and the motors get at most
+//! 30 % of full power. The robot's position comes from a ground station.
 
 #![no_std]
 #![no_main]
 
 mod battery;
 mod board;
+mod bus;
 mod clock;
 mod critical;
 mod failure;
+mod flight;
 mod functions;
 mod id;
 mod leds;
@@ -54,6 +60,8 @@ use embassy_stm32::bind_interrupts;
 use embassy_time::{Duration, Timer};
 use static_cell::{ConstStaticCell, StaticCell};
 
+use bus::I2c3;
+use flight::data_ready::DataReady;
 use functions::Crazyflie;
 use leds::{ScriptLeds, Status, StatusChannel, StatusLeds};
 use link::uart::Interrupts;
@@ -64,12 +72,17 @@ bind_interrupts!(struct Irqs {
     USART6 => Interrupts;
     EXTI4 => Interrupts;
     USART1 => Interrupts;
+    I2C3_EV => bus::Interrupts;
+    I2C3_ER => bus::Interrupts;
+    DMA1_STREAM2 => bus::Interrupts;
+    EXTI15_10 => flight::data_ready::Interrupts;
+    UART5 => flight::Interrupts;
 });
 
 bittybuzz_runtime::tasks! {
     /// The tasks that the watchdog observes. The log prints their names.
     #[derive(defmt::Format)]
-    enum Task { Script, Motors, Receive, Send, Swarm, Battery, Leds }
+    enum Task { Script, Motors, Receive, Send, Swarm, Battery, Leds, Sensors }
 }
 
 static TASKS: Liveness<Task> = Liveness::new();
@@ -110,6 +123,8 @@ async fn main(spawner: Spawner) {
     let script_leds = ScriptLeds::new(p.PC0, p.PC1, p.PD2);
     let status_leds = StatusLeds::new(p.PC2, p.PC3);
     let (receiver, sender) = link::uart::open(p.USART6, p.PC6, p.PC7, p.PA4, Irqs);
+    let bus = I2c3::new(p.I2C3, p.DMA1_CH2, p.PA8, p.PC9, Irqs);
+    let data_ready = DataReady::new(p.PC14, Irqs);
 
     let id = id::find();
     let robot_id = id.number();
@@ -153,7 +168,9 @@ async fn main(spawner: Spawner) {
     spawner.spawn(defmt::unwrap!(link::swarm::broadcast_messages(robot_id, pulse(Task::Swarm))));
     spawner.spawn(defmt::unwrap!(battery::watch_battery(pulse(Task::Battery))));
     spawner.spawn(defmt::unwrap!(leds::show_status(&STATUS, status_leds, pulse(Task::Leds))));
+    spawner.spawn(defmt::unwrap!(flight::report::write_reports()));
     spawner.spawn(defmt::unwrap!(feed_watchdog()));
+    flight::start(bus, data_ready, pulse(Task::Sensors), Irqs);
 }
 
 #[embassy_executor::task]

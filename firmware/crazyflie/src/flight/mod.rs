@@ -1,0 +1,54 @@
+//! The flight executor: tasks that interrupt the script and the link's tasks.
+//!
+//! A sample of the inertial sensors is due every millisecond, and a slice of the script takes up to
+//! half of one. The tasks here therefore run in an interrupt of their own, that of the unused UART5,
+//! which preempts the thread executor. Its priority is below the sensors' interrupts and above all
+//! others (see [`crate::critical`]).
+//!
+//! * [`sensors`] reads gyroscope and accelerometer at each data-ready pulse.
+//! * [`data_ready`] is the event of that pulse.
+//! * [`state`] holds the last sample and the counters, for tasks of both executors.
+//! * [`report`] writes to the log for the tasks here: they interrupt those that write to it, and the
+//!   log checks its room before it writes, so they must not do it themselves.
+//!
+//! **Not tried on hardware.** Nothing here drives a motor yet.
+
+pub mod data_ready;
+pub mod report;
+mod sensors;
+mod state;
+
+use embassy_executor::InterruptExecutor;
+use embassy_stm32::interrupt;
+use embassy_stm32::interrupt::typelevel::{Binding, Handler, Interrupt, UART5};
+
+use crate::bus::I2c3;
+use bittybuzz_runtime::liveness::Pulse;
+use data_ready::DataReady;
+
+/// The interrupt of the executor, that of an unused peripheral.
+pub const INTERRUPT: interrupt::Interrupt = UART5::IRQ;
+
+static EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+
+/// The interrupt of the executor.
+pub struct Interrupts;
+
+impl Handler<UART5> for Interrupts {
+    unsafe fn on_interrupt() {
+        state::count_wake_up();
+        // SAFETY: this is the handler of the executor's interrupt, which only `start` enables.
+        unsafe { EXECUTOR.on_interrupt() };
+    }
+}
+
+/// Starts the executor and its task. Call this function once.
+pub fn start(
+    bus: I2c3,
+    data_ready: DataReady,
+    pulse: Pulse,
+    _irq: impl Binding<UART5, Interrupts>,
+) {
+    let spawner = EXECUTOR.start(INTERRUPT);
+    spawner.spawn(defmt::unwrap!(sensors::read_sensors(bus, data_ready, pulse)));
+}

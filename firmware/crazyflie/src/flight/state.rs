@@ -1,0 +1,68 @@
+//! The last sample of the inertial sensors, and the counters of their task.
+
+use core::cell::Cell;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use bittybuzz_bmi088::{Acceleration, AccelerationCounts, Rate, RateCounts};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_time::Instant;
+
+/// A sample of both inertial sensors. The axes of the chip are those of the body: x ahead, y to the
+/// left, z up (crazyflie-firmware, platform_defaults.h: the angles of the IMU are 0).
+#[derive(Clone, Copy)]
+pub struct Sample {
+    /// The time of the gyroscope's data-ready pulse. The acceleration was read up to 0.43 ms later.
+    pub ready_at: Instant,
+    pub rate_counts: RateCounts,
+    pub acceleration_counts: AccelerationCounts,
+    pub rate: Rate,
+    pub acceleration: Acceleration,
+}
+
+/// The counters since the start.
+#[derive(Clone, Copy, Default)]
+pub struct Counters {
+    /// Samples that were read.
+    pub samples: u32,
+    /// Data-ready pulses more than 1.5 ms after the one before.
+    pub late: u32,
+    /// Data-ready pulses that came before the last sample was read.
+    pub missed: u32,
+    /// Samples that could not be read.
+    pub failed: u32,
+    /// The longest time from a data-ready pulse to the end of the read, in µs.
+    pub slowest_us: u32,
+}
+
+static LAST: Mutex<CriticalSectionRawMutex, Cell<Option<Sample>>> = Mutex::new(Cell::new(None));
+static COUNTERS: Mutex<CriticalSectionRawMutex, Cell<Counters>> =
+    Mutex::new(Cell::new(Counters { samples: 0, late: 0, missed: 0, failed: 0, slowest_us: 0 }));
+static WAKE_UPS: AtomicU32 = AtomicU32::new(0);
+
+/// Returns the last sample, once there is one.
+pub fn last_sample() -> Option<Sample> {
+    LAST.lock(Cell::get)
+}
+
+/// Returns the counters.
+pub fn counters() -> Counters {
+    COUNTERS.lock(Cell::get)
+}
+
+/// Returns the number of times that the flight executor ran.
+pub fn wake_ups() -> u32 {
+    WAKE_UPS.load(Ordering::Relaxed)
+}
+
+pub(super) fn count_wake_up() {
+    WAKE_UPS.fetch_add(1, Ordering::Relaxed);
+}
+
+pub(super) fn publish(sample: Sample) {
+    LAST.lock(|last| last.set(Some(sample)));
+}
+
+pub(super) fn set_counters(counters: Counters) {
+    COUNTERS.lock(|cell| cell.set(counters));
+}
