@@ -12,6 +12,7 @@ pub use statistics::{
 };
 
 use bittybuzz_chips as chips;
+use bittybuzz_chips::devices::bmi088::Bmi088Fault;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -144,6 +145,11 @@ pub enum Command {
     FlowControl {
         /// True to stop the receiver.
         full: bool,
+    },
+    /// Sets or ends a fault of a Crazyflie's inertial sensors.
+    ImuFault {
+        /// The fault; `None` ends it.
+        fault: Option<ImuFault>,
     },
     /// Sets the state of the battery.
     Battery {
@@ -324,6 +330,45 @@ pub enum Command {
     Statistics,
     /// End the program.
     Quit,
+}
+
+/// A fault of the BMI088: its gyroscope and its accelerometer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ImuFault {
+    /// The accelerometer has this identification.
+    AccelerometerId(u8),
+    /// The gyroscope has this identification.
+    GyroscopeId(u8),
+    /// Neither sensor acknowledges its address.
+    NoAcknowledge,
+    /// SDA is held low until the master has sent so many pulses of SCL.
+    SdaLow(u32),
+    /// Neither sensor changes its data.
+    FrozenData,
+    /// The gyroscope reports no sample at its pin.
+    NoDataReady,
+    /// The gyroscope reports each sample so many µs late.
+    LateDataReadyUs(u64),
+    /// Both self-tests fail.
+    FailedSelfTest,
+}
+
+impl From<ImuFault> for Bmi088Fault {
+    fn from(fault: ImuFault) -> Self {
+        match fault {
+            ImuFault::AccelerometerId(id) => Bmi088Fault::AccelerometerId(id),
+            ImuFault::GyroscopeId(id) => Bmi088Fault::GyroscopeId(id),
+            ImuFault::NoAcknowledge => Bmi088Fault::NoAcknowledge,
+            ImuFault::SdaLow(clock_pulses) => Bmi088Fault::SdaLow { clock_pulses },
+            ImuFault::FrozenData => Bmi088Fault::FrozenData,
+            ImuFault::NoDataReady => Bmi088Fault::NoDataReady,
+            ImuFault::LateDataReadyUs(us) => {
+                Bmi088Fault::LateDataReady(chips::Time::from_micros(us))
+            }
+            ImuFault::FailedSelfTest => Bmi088Fault::FailedSelfTest,
+        }
+    }
 }
 
 /// An interpretation of the nRF24L01+'s product specification, 6.4.

@@ -34,7 +34,7 @@ use std::time::Duration;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 pub use bittybuzz_emulation::message::{
-    BoardStatistics, Command, CrazyflieStatistics, EmulatorEvent, PowerDetector, RobotEvent,
+    BoardStatistics, Command, CrazyflieStatistics, EmulatorEvent, ImuFault, PowerDetector, RobotEvent,
     RobotStatistics, TimedEvent, ZooidStatistics,
 };
 use bittybuzz_emulation::{Emulator, FirmwareImage, RunResult};

@@ -18,8 +18,9 @@ function step() {
 }
 ";
 
-/// The tasks with their names in the log. The watchdog's own task has none.
-const TASKS: [(&str, Option<&str>); 8] = [
+/// The tasks with their names in the log. The watchdog's own task has none, and nothing observes the one that writes
+/// the log of the sensors.
+const TASKS: [(&str, Option<&str>); 9] = [
     ("run_script", Some("Script")),
     ("drive_motors", Some("Motors")),
     ("receive_frames", Some("Receive")),
@@ -27,6 +28,7 @@ const TASKS: [(&str, Option<&str>); 8] = [
     ("broadcast_messages", Some("Swarm")),
     ("watch_battery", Some("Battery")),
     ("show_status", Some("Leds")),
+    ("read_sensors", Some("Sensors")),
     ("feed_watchdog", None),
 ];
 

@@ -29,6 +29,7 @@ mod replay;
 mod resets;
 mod restarts;
 mod script;
+mod sensors;
 mod slices;
 mod squeezed;
 mod swarm;

@@ -58,11 +58,14 @@ pub async fn read_sensors(mut bus: I2c3, mut data_ready: DataReady, pulse: Pulse
         match start(&mut bus, &mut delay).await {
             Ok(imu) => {
                 report(Event::Started);
+                reported = None;
+                let before = counters.samples;
                 let fault = sample(&mut bus, &imu, &mut data_ready, pulse, &mut counters).await;
                 report(Event::Stopped(fault));
-                reported = None;
                 // The chips may only have lost their configuration.
-                continue;
+                if counters.samples != before {
+                    continue;
+                }
             }
             // The log has the same fault once.
             Err(fault) if reported == Some(fault) => {}

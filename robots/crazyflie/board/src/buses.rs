@@ -1,6 +1,6 @@
 //! The buses to the sensors and the expansion port.
 
-use bittybuzz_chips::devices::bmi088::{Bmi088, Bmi088Settings};
+use bittybuzz_chips::devices::bmi088::{Bmi088, Bmi088Fault, Bmi088Settings};
 use bittybuzz_chips::devices::bmp388::{Bmp388, Bmp388Settings};
 use bittybuzz_chips::devices::eeprom_24aa64::Eeprom24aa64;
 use bittybuzz_chips::f405::F405;
@@ -88,6 +88,14 @@ impl Buses {
     /// Sets the pressure that the barometer measures from now on, in Pa.
     pub fn set_pressure(&mut self, pressure_pa: f64, now: Time) {
         self.barometer.set_air(pressure_pa, TEMPERATURE_C, now);
+    }
+
+    /// Sets or ends the fault of the inertial sensors.
+    pub fn set_imu_fault(&mut self, f405: &mut F405, fault: Option<Bmi088Fault>, now: Time) {
+        self.imu.set_fault(fault, now);
+        self.settle_data_ready(f405);
+        // The fault may hold or release a line.
+        self.after_write(f405, now);
     }
 
     /// Calls `action` with an I2C bus and its devices.

@@ -52,6 +52,7 @@ impl Control for CrazyflieBoard {
             }
             Command::RadioRestart => self.restart_nrf51(),
             Command::FlowControl { full } => self.set_flow_control(full),
+            Command::ImuFault { fault } => self.set_imu_fault(fault.map(Into::into)),
             Command::Battery { volts, charging, usb_powered } => {
                 self.set_battery(Battery { volts, charging, usb_powered });
             }
@@ -151,6 +152,9 @@ mod tests {
             (r#"{"command":"reset","cause":"brown_out"}"#, "obeyed"),
             (r#"{"command":"otp","bytes":"303b43463231"}"#, "obeyed"),
             (&format!(r#"{{"command":"otp","bytes":"{}"}}"#, "00".repeat(513)), "has 512"),
+            (r#"{"command":"imu_fault","fault":{"sda_low":9}}"#, "obeyed"),
+            (r#"{"command":"imu_fault","fault":"no_acknowledge"}"#, "obeyed"),
+            (r#"{"command":"imu_fault","fault":null}"#, "obeyed"),
             (r#"{"command":"radio_processor"}"#, "obeyed"),
             (
                 r#"{"command":"radio_processor","ready":false,"rts_bytes":4,"ble_shutdown_us":0,"ble_masks":true}"#,

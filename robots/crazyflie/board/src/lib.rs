@@ -11,6 +11,7 @@ mod flow_deck;
 mod tests;
 
 use bittybuzz_chips::devices::one_wire::DeckMemories;
+use bittybuzz_chips::devices::bmi088::Bmi088Fault;
 use bittybuzz_chips::f405::{F405, PinAction};
 use bittybuzz_chips::nrf51::{BAUD, Nrf51, PeerAction};
 use bittybuzz_chips::stm32::{Pin, Pwm};
@@ -332,6 +333,12 @@ impl CrazyflieBoard {
     /// for flow control shows it.
     pub fn set_flow_control(&mut self, full: bool) {
         self.nrf51.set_stopped(full, self.now);
+        self.settle();
+    }
+
+    /// Sets or ends the fault of the inertial sensors.
+    pub fn set_imu_fault(&mut self, fault: Option<Bmi088Fault>) {
+        self.buses.set_imu_fault(&mut self.f405, fault, self.now);
         self.settle();
     }
 

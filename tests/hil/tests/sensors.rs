@@ -1,0 +1,131 @@
+//! The inertial sensors of a Crazyflie: 1,000 samples per second by interrupts, and the faults of their bus.
+
+use bittybuzz_hil::{Command, Core, EmulatorEvent, ImuFault, Robot, TraceLog, resets};
+
+use crate::figures::{self, TOLERANCE};
+
+/// Every step sets the LEDs, and computes for most of its time.
+const BUSY: &str = "\
+function init() { n = 0 }
+function step() { n = n + 1 led(n % 8) i = 0 while(i < 3000) i = i + 1 }
+";
+
+/// The sensors run from here on: they start a second after power-on, and that takes 0.1 s.
+const STARTED_MS: u64 = 1_300;
+/// The period of the lines with counters.
+const STATUS_MS: u64 = 10_000;
+
+/// The numbers of a line with counters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Counters {
+    samples: u64,
+    late: u64,
+    missed: u64,
+    failed: u64,
+    slowest_us: u64,
+    wake_ups: u64,
+}
+
+/// Returns the lines of the firmware's log.
+fn log(robot: &Robot) -> Vec<String> {
+    TraceLog::of_events(&robot.events).firmware
+}
+
+/// Returns the lines with counters.
+fn counters(robot: &Robot) -> Vec<Counters> {
+    let lines = log(robot).into_iter().filter(|line| line.contains("wake-ups"));
+    let counters = lines.map(|line| {
+        let number = |part: &str| part.split(' ').find_map(|word| word.parse().ok());
+        let numbers: Vec<u64> = line.split(", ").filter_map(number).collect();
+        let [samples, late, missed, failed, slowest_us, wake_ups] = numbers[..] else {
+            panic!("{line}");
+        };
+        Counters { samples, late, missed, failed, slowest_us, wake_ups }
+    });
+    counters.collect()
+}
+
+/// Returns a robot whose sensors run.
+fn started() -> Robot {
+    let mut robot = Robot::crazyflie(Core::Unicorn, BUSY);
+    robot.run_ms(STARTED_MS);
+    let log = log(&robot);
+    assert!(log.iter().any(|line| line == "gyroscope and accelerometer run"), "{log:?}");
+    robot
+}
+
+fn set_fault(robot: &mut Robot, fault: Option<ImuFault>) {
+    robot.execute(&Command::ImuFault { fault });
+}
+
+/// Neither a reset nor a mistake that the chip would not forgive.
+fn assert_healthy(robot: &Robot) {
+    assert_eq!(resets(&robot.events), []);
+    let errors = robot.events.iter();
+    let errors = errors.filter(|event| matches!(event.event, EmulatorEvent::HardwareError { .. }));
+    assert_eq!(errors.collect::<Vec<_>>(), Vec::<&_>::new());
+}
+
+#[test]
+fn a_sample_comes_every_millisecond() {
+    let mut robot = started();
+    robot.run_ms(STATUS_MS);
+    let before = robot.statistics().core;
+    robot.run_ms(STATUS_MS);
+    let after = robot.statistics().core;
+    let [first, second] = counters(&robot)[..] else { panic!("{:?}", log(&robot)) };
+    println!("{first:?} {second:?}");
+    let samples = second.samples - first.samples;
+    // The lines themselves are written at a time of the robot's clock.
+    assert!(samples.abs_diff(STATUS_MS) <= 1, "{samples}");
+    assert_eq!((second.late, second.missed, second.failed), (0, 0, 0));
+    // The pulse and the end of each of two reads. The limit of a read's time expires every 3 ms.
+    let wake_ups = 1000 * (second.wake_ups - first.wake_ups) / samples;
+    assert!((3_000..=3_400).contains(&wake_ups), "{wake_ups} per 1000 samples");
+    // Two reads of 86 bits at 400 kHz take 430 µs.
+    assert!((430..=500).contains(&second.slowest_us), "{second:?}");
+    let figures = [
+        ("slowest_us", second.slowest_us),
+        ("wake_ups_per_1000", wake_ups),
+        ("exceptions_per_s", (after.exceptions - before.exceptions) / 10),
+    ];
+    figures::check("crazyflie", "sensors", &figures, TOLERANCE);
+    println!("{figures:?}");
+    assert_healthy(&robot);
+    // The robot stands: 1 g upwards, and a gyroscope with a small offset.
+    let log = log(&robot);
+    assert!(log.iter().any(|line| line == "counts 5 -3 2 and 0 0 1365"), "{log:?}");
+    let gravity = log.iter().filter_map(|line| line.strip_suffix(" m/s2"));
+    let gravity = gravity.filter_map(|line| line.rsplit(' ').next()?.parse::<f32>().ok());
+    assert!(gravity.last().is_some_and(|z| (z - 9.8).abs() < 0.01), "{log:?}");
+}
+
+/// A fault that lasts for `ms` costs at most `lost` samples. The log has one line about it, with this end.
+fn a_short_fault_costs(fault: ImuFault, us: u64, lost: u64, end: &str) {
+    let mut robot = started();
+    // Between two samples, within one, and at other places.
+    for place_us in [0, 130, 290, 350, 410, 700] {
+        robot.run_us(5_000 + place_us);
+        set_fault(&mut robot, Some(fault));
+        robot.run_us(us);
+        set_fault(&mut robot, None);
+        robot.run_us(15_000 - place_us - us);
+    }
+    robot.run_ms(2 * STATUS_MS);
+    let log = log(&robot);
+    let lines = log.iter().filter(|line| line.contains("disturbed"));
+    let lines: Vec<_> = lines.collect();
+    println!("{fault:?}: {lines:?}");
+    assert!((1..=6).contains(&lines.len()), "{lines:?}");
+    assert!(lines.iter().all(|line| line.ends_with(end)), "{lines:?}");
+    let last = *counters(&robot).last().unwrap();
+    println!("{last:?}");
+    assert!(last.failed + last.missed <= 6 * lost, "{last:?}");
+    assert!(!log.iter().any(|line| line.contains("again")), "{log:?}");
+    assert_healthy(&robot);
+}
+
+#[test]
+fn a_missing_acknowledgement_costs_a_sample() {
+    a_short_fault_costs(ImuFault::NoAcknowledge, 500, 2, "Bus(NoAcknowledge)");
+}
