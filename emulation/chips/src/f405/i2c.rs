@@ -338,6 +338,10 @@ impl I2c {
 
     fn read_data(&mut self, now: Time) -> u32 {
         if self.sr1 & SR1_RXNE == 0 {
+            // Also in a transmitter a read of DR after one of SR1 clears BTF (27.6.6).
+            if self.shown & SR1_BTF != 0 {
+                self.sr1 &= !SR1_BTF;
+            }
             return u32::from(self.data.unwrap_or(0));
         }
         let byte = self.data.take();

@@ -232,3 +232,21 @@ fn a_reset_leaves_the_device_with_the_rest_of_its_byte() {
     write(&mut i2c, CR1, 0, now);
     assert_eq!(i2c.take_release(), None);
 }
+
+#[test]
+fn a_read_of_the_data_register_clears_the_end_of_a_byte() {
+    // RM0090 27.6.6, BTF: a read of SR1, then a read or write of DR.
+    let mut i2c = i2c();
+    let now = address(&mut i2c, 0x18 << 1, true, Time::ZERO);
+    i2c.read(SR1, now);
+    i2c.read(SR2, now);
+    write(&mut i2c, DR, 0x12, now);
+    i2c.read(SR1, now);
+    let now = send(&mut i2c, 0x12, now);
+    i2c.read(DR, now);
+    assert!(i2c.interrupts()[0], "SR1 was not read since");
+    assert_eq!(i2c.read(SR1, now), SR1_TXE | SR1_BTF);
+    i2c.read(DR, now);
+    assert!(!i2c.interrupts()[0]);
+    assert_eq!(i2c.read(SR1, now), SR1_TXE);
+}
