@@ -188,9 +188,9 @@ mod tests {
 
     #[test]
     fn the_budget_is_that_of_the_robot_file() {
-        assert!(check(&crazyflie(80_000, 45_056)).is_ok());
-        let failure = check(&crazyflie(80_001, 45_057)).unwrap_err().to_string();
-        assert!(failure.contains("flash 80001 > 80000"), "{failure}");
+        assert!(check(&crazyflie(96_000, 45_056)).is_ok());
+        let failure = check(&crazyflie(96_001, 45_057)).unwrap_err().to_string();
+        assert!(failure.contains("flash 96001 > 96000"), "{failure}");
         assert!(failure.contains("ram 45057 > 45056"), "{failure}");
     }
 
