@@ -1,12 +1,14 @@
 //! Builds firmware images, each in the workspace of its board.
 
 use crate::elf;
+use crate::raw_binary::{self, PAGE_BYTES, PROGRAM, RawBinaryError};
 use crate::shell::{Invocation, root};
 use anyhow::{Context, Error, Result, anyhow};
-use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::fit;
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
-use bittybuzz_robot_spec::Robot;
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
+use bittybuzz_robot_spec::{NumberProfile, Robot};
 use bittybuzz_vm_core::{Part, Parts};
 use fs_err as fs;
 use std::ffi::OsStr;
@@ -27,6 +29,8 @@ pub struct FirmwareBuild {
     /// True if the flash has little room beyond the parts of the machine that the script uses.
     /// `BBZ_PARTS` of the board's build script selects the parts.
     is_built_by_parts: bool,
+    /// True if Bitcraze's bootloader takes the firmware by radio.
+    is_sent_by_radio: bool,
 }
 
 /// The Crazyflie's firmware.
@@ -38,6 +42,7 @@ pub const CRAZYFLIE: FirmwareBuild = FirmwareBuild {
     no_trace_features: &[],
     measured: None,
     is_built_by_parts: false,
+    is_sent_by_radio: true,
 };
 
 /// The Zooid's firmware.
@@ -51,6 +56,7 @@ pub const ZOOIDS: FirmwareBuild = FirmwareBuild {
     // The longest script of all examples.
     measured: Some("examples/swarm/herding.bzz"),
     is_built_by_parts: false,
+    is_sent_by_radio: false,
 };
 
 /// The Kilobot's firmware.
@@ -62,6 +68,7 @@ pub const KILOBOT: FirmwareBuild = FirmwareBuild {
     no_trace_features: &[],
     measured: None,
     is_built_by_parts: true,
+    is_sent_by_radio: false,
 };
 
 /// All boards.
@@ -90,6 +97,15 @@ pub struct BoardArguments {
     /// Numbers as small as those of the smallest robots, for a swarm that has some; else the robot's own
     #[arg(long, value_parser = ["tiny"])]
     profile: Option<String>,
+    /// Also write the raw binary that cfclient and cfloader send to a Crazyflie by radio
+    #[arg(long)]
+    bin: bool,
+    /// The robot's id in the raw binary; without it the robot keeps its own
+    #[arg(long, value_name = "N", requires = "bin")]
+    id: Option<u16>,
+    /// The raw binary; next to the image, with the extension .bin, if none is given
+    #[arg(long, value_name = "FILE", requires = "bin")]
+    output: Option<PathBuf>,
 }
 
 /// Builds an image, or the images of the behaviors, and prints the paths and sizes.
@@ -102,6 +118,9 @@ pub fn run(arguments: &BoardArguments) -> Result<()> {
     let board = board.with_context(|| format!("there is no board `{}`", arguments.board))?;
     // The path is relative to the user's folder, but the build runs in another one.
     let script = arguments.script.as_ref().map(std::path::absolute).transpose()?;
+    if arguments.bin {
+        board.check_for_radio(script.as_deref(), arguments)?;
+    }
     let image = match arguments.profile {
         Some(_) => board.build_tiny(script.as_deref())?,
         None => board.build(script.as_deref(), false)?,
@@ -109,6 +128,9 @@ pub fn run(arguments: &BoardArguments) -> Result<()> {
     let footprint = elf::footprint(&image)?;
     println!("{}", image.display());
     println!("{} bytes of flash, {} bytes of static RAM", footprint.flash, footprint.ram);
+    if arguments.bin {
+        return board.write_raw_binary(&image, arguments);
+    }
     if board.is_built_by_parts { board.write_hex(script.as_deref(), &image) } else { Ok(()) }
 }
 
@@ -237,17 +259,45 @@ impl FirmwareBuild {
     /// Returns the parts of the machine that a script uses. For a script with errors there are
     /// none, because the build reports the errors.
     pub fn parts(&self, script: Option<&Path>) -> Result<Parts> {
-        let path = self.script(script);
-        let text = fs::read_to_string(&path)?;
-        let loader =
-            IncludeLoader { folders: vec![root().join("lib")], ..IncludeLoader::new(&DiskFiles) };
-        let options = Options {
-            robot: Some(self.shipped()?),
-            robots: bittybuzz_robot_files::all_shipped(),
-            ..Options::default()
-        };
-        let image = compile(&path, text, &loader, &options).image.unwrap_or_default();
+        let image = compiled(&self.script(script), self.shipped()?)?.image.unwrap_or_default();
         Ok(fit::parts(&image))
+    }
+
+    /// Checks, before the firmware is built, that the bootloader takes it and that the script has no errors. Prints the errors of
+    /// the script.
+    fn check_for_radio(&self, script: Option<&Path>, arguments: &BoardArguments) -> Result<()> {
+        let mut robot = self.shipped()?;
+        if !self.is_sent_by_radio {
+            return Err(RawBinaryError::NoBootloader(robot.title).into());
+        }
+        if arguments.profile.is_some() {
+            robot.profile = NumberProfile::Tiny;
+        }
+        let path = self.script(script);
+        let compiled = compiled(&path, robot)?;
+        if compiled.image.is_some() {
+            return Ok(());
+        }
+        let renderer = Renderer::new(&compiled.sources);
+        for diagnostic in &compiled.diagnostics {
+            eprintln!("{}", renderer.text(diagnostic, ColorChoice::Never));
+        }
+        Err(RawBinaryError::Script(path).into())
+    }
+
+    /// Writes the raw binary of an image, and prints its path, its size and the command that sends it.
+    fn write_raw_binary(&self, image: &Path, arguments: &BoardArguments) -> Result<()> {
+        let layout = self.shipped()?.layout.context("the robot file has no [layout]")?;
+        let content = raw_binary::content(&fs::read(image)?, &layout, arguments.id)?;
+        let path = arguments.output.clone().unwrap_or_else(|| image.with_extension("bin"));
+        fs::write(&path, &content)?;
+        let (path, bytes) = (path.display(), content.len());
+        let pages = bytes.div_ceil(PAGE_BYTES);
+        let id = arguments.id.map_or(String::new(), |id| format!(", robot id {id}"));
+        println!("{path}");
+        println!("{bytes} bytes from {PROGRAM:#010x} on, {pages} pages: firmware, script{id}");
+        println!("cfloader flash {path} stm32-fw -w radio://0/80/2M/E7E7E7E7E7");
+        Ok(())
     }
 
     /// Writes the file that is sent to robots, next to the image.
@@ -264,6 +314,19 @@ impl FirmwareBuild {
     pub fn image_in(&self, target: &Path) -> PathBuf {
         target.join(self.target).join("release").join(self.program)
     }
+}
+
+/// Compiles a script for a robot, with the libraries of `lib`.
+fn compiled(script: &Path, robot: Robot) -> Result<Compiled> {
+    let text = fs::read_to_string(script)?;
+    let loader =
+        IncludeLoader { folders: vec![root().join("lib")], ..IncludeLoader::new(&DiskFiles) };
+    let options = Options {
+        robot: Some(robot),
+        robots: bittybuzz_robot_files::all_shipped(),
+        ..Options::default()
+    };
+    Ok(compile(script, text, &loader, &options))
 }
 
 /// Returns cargo's target folder for a workspace of its own.

@@ -10,6 +10,7 @@ pub mod copy;
 pub mod elf;
 pub mod on_chip;
 pub mod probe;
+pub mod raw_binary;
 mod seed;
 pub mod setup;
 pub mod shell;
