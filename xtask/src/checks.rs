@@ -141,7 +141,11 @@ impl Step {
             }
             Step::Tests => {
                 let settings = [(FIGURES, CHECK)];
-                test_programs::run(&shared_packages(), &[], &settings, build_images)?;
+                let variables = || {
+                    let cflib = setup::cflib()?.display().to_string();
+                    Ok([build_images()?, vec![("BITTYBUZZ_CFLIB", cflib)]].concat())
+                };
+                test_programs::run(&shared_packages(), &[], &settings, variables)?;
             }
             Step::Guides => carry_out_guides()?,
             Step::Wasm => wasm()?,

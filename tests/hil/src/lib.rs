@@ -7,14 +7,18 @@
 //! * [`Table`] holds Zooids under their projector;
 //! * [`Kilobots`] holds Kilobots and their overhead controller.
 //!
+//! [`loader`] is Bitcraze's loader, and [`cfloader`] a ground station that flashes a Crazyflie by radio.
+//!
 //! [`flash`] cuts the writing of flash short, [`safety`] resets Crazyflies, [`supply`] names moments of a brown-out.
 //!
 //! Images and emulators must have been built: `cargo xtask test` does that. `BITTYBUZZ_CRAZYFLIE` names another image of
 //! the Crazyflie than the one in its folder, `BITTYBUZZ_ZOOIDS` another one of the Zooid, `BITTYBUZZ_KILOBOT` one of the
 //! Kilobot.
 
+pub mod cfloader;
 pub mod flash;
 pub mod kilobots;
+pub mod loader;
 pub mod safety;
 pub mod supply;
 mod swarm;

@@ -25,6 +25,7 @@ mod kilobots;
 mod link;
 mod mixed_swarm;
 mod nrf51;
+mod radio_flash;
 mod replay;
 mod resets;
 mod restarts;

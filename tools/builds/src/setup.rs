@@ -62,6 +62,9 @@ const PYTHON_PACKAGES: &[(Sign, &str)] =
 /// The list of Python packages for tests of web pages.
 const BROWSER_REQUIREMENTS: &str = "tests/page/requirements.txt";
 
+/// The list of Python packages that flash Crazyflies by radio.
+const CFLIB_REQUIREMENTS: &str = "tests/hil/cflib/requirements.txt";
+
 /// The list of Python packages for the checks of sources.
 const CHECK_REQUIREMENTS: &str = "xtask/requirements.txt";
 
@@ -103,18 +106,24 @@ pub fn node() -> Result<()> {
 /// browser. Returns the path of that Python.
 pub fn browser() -> Result<PathBuf> {
     install(&missing(BROWSER_PACKAGES, is_there))?;
-    python("page-tests", BROWSER_REQUIREMENTS)
+    python("page-tests", BROWSER_REQUIREMENTS, &[])
+}
+
+/// Installs a Python in a folder of its own with cflib, Bitcraze's library for ground stations. Returns the path of that Python.
+pub fn cflib() -> Result<PathBuf> {
+    // scipy, which the tests do not use, is larger than all others together.
+    python("cflib", CFLIB_REQUIREMENTS, &["--no-deps"])
 }
 
 /// Installs the spelling checker. Returns its path.
 pub fn typos() -> Result<PathBuf> {
-    let python = python("checks", CHECK_REQUIREMENTS)?;
+    let python = python("checks", CHECK_REQUIREMENTS, &[])?;
     Ok(python.with_file_name("typos"))
 }
 
-/// Installs a Python with these packages in a folder of its own in cargo's target folder. Returns
-/// the path of that Python.
-fn python(folder: &str, requirements: &str) -> Result<PathBuf> {
+/// Installs a Python with these packages in a folder of its own in cargo's target folder. `options` are
+/// for pip. Returns the path of that Python.
+fn python(folder: &str, requirements: &str, options: &[&str]) -> Result<PathBuf> {
     install(&missing(PYTHON_PACKAGES, is_there))?;
     let folder = target()?.join(folder);
     let python = folder.join("bin/python3");
@@ -123,7 +132,7 @@ fn python(folder: &str, requirements: &str) -> Result<PathBuf> {
     }
     // This needs no network if the packages are installed already.
     let install = ["-m", "pip", "install", "--quiet", "--requirement", requirements];
-    Invocation::named("pip", &python, &install).run()?;
+    Invocation::named("pip", &python, &[&install, options].concat()).run()?;
     Ok(python)
 }
 
