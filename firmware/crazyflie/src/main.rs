@@ -30,6 +30,7 @@ mod battery;
 mod board;
 mod bus;
 mod clock;
+mod complete;
 mod critical;
 mod failure;
 mod flight;

@@ -5,6 +5,10 @@
 //! (crazyflie2-stm-bootloader, commit c79feab). So the file also covers the space between firmware,
 //! scripts and id, as erased flash. It covers both sectors of the scripts' log: with an old script
 //! in the second sector the robot could run that one.
+//!
+//! The bootloader does not check the pages that it writes, so the file has a checksum that the
+//! firmware checks at its start (firmware/crazyflie/src/complete.rs). Scripts and id have checks of
+//! their own.
 
 use std::path::PathBuf;
 
@@ -24,6 +28,12 @@ pub const FLASH_END: u32 = 0x0810_0000;
 
 /// Bytes of the bootloader's pages.
 pub const PAGE_BYTES: usize = 1024;
+
+/// Offset in the vector table of the number of words that the checksum covers. Two sums follow.
+const CHECKED_WORDS: usize = 28;
+
+/// Offset of the first word that the checksum covers.
+const CHECKED: usize = 40;
 
 /// A reason why there is no file for the bootloader.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -70,16 +80,21 @@ pub enum RawBinaryError {
 pub fn content(elf: &[u8], layout: &Layout, id: Option<u16>) -> Result<Vec<u8>, RawBinaryError> {
     let mut flash = Vec::new();
     let mut starts_at_program = false;
+    let mut end = PROGRAM;
     for (address, bytes) in segments(elf)? {
         if (FLASH..PROGRAM).contains(&address) {
             return Err(RawBinaryError::PlaceOfBootloader);
         }
-        starts_at_program |= address == PROGRAM;
+        starts_at_program |= address == PROGRAM && bytes.len() > CHECKED;
         put(&mut flash, address, bytes)?;
+        if address < layout.application.end() {
+            end = end.max(address + bytes.len() as u32);
+        }
     }
     if !starts_at_program {
         return Err(RawBinaryError::WrongStart);
     }
+    add_checksum(&mut flash, (end - PROGRAM) as usize);
     if let Some(id) = id {
         let region = layout.id.ok_or(RawBinaryError::NoId)?;
         put(&mut flash, region.address, &Layout::id_section(id))?;
@@ -103,6 +118,20 @@ fn segments(elf: &[u8]) -> Result<Vec<(u32, &[u8])>, RawBinaryError> {
         }
     }
     Ok(segments)
+}
+
+/// Writes the checksum of the firmware, which ends at `end`, to reserved places of the vector table.
+fn add_checksum(flash: &mut Vec<u8>, end: usize) {
+    let end = end.next_multiple_of(size_of::<u32>());
+    flash.resize(flash.len().max(end), u8::MAX);
+    let (words, _) = flash[CHECKED..end].as_chunks();
+    let (mut sum, mut sum_of_sums) = (0_u32, 0_u32);
+    for word in words {
+        sum = sum.wrapping_add(u32::from_le_bytes(*word));
+        sum_of_sums = sum_of_sums.wrapping_add(sum);
+    }
+    let checksum = [words.len() as u32, sum, sum_of_sums].map(u32::to_le_bytes);
+    flash[CHECKED_WORDS..CHECKED].copy_from_slice(&checksum.concat());
 }
 
 /// Copies bytes to an address of the flash, which grows as far as necessary.
@@ -169,12 +198,24 @@ mod tests {
         content(&elf(elf::EM_ARM, segments), &layout(), id)
     }
 
-    const VECTORS: (u32, &[u8]) = (PROGRAM, &[1, 2, 3, 4]);
+    const VECTORS: (u32, &[u8]) = (PROGRAM, &[1; 44]);
 
     #[test]
     fn the_file_is_the_flash_from_the_vector_table_on() {
-        let flash = made(&[(PROGRAM + 6, &[7]), VECTORS], None).unwrap();
-        assert_eq!(flash, [1, 2, 3, 4, 0xff, 0xff, 7]);
+        let flash = made(&[(PROGRAM + 46, &[7]), VECTORS], None).unwrap();
+        assert_eq!(flash[..28], [1; 28]);
+        assert_eq!(flash[40..], [1, 1, 1, 1, 0xff, 0xff, 7, 0xff]);
+        // 2 words: 0x01010101 and 0xff07ffff.
+        let sums = [[2, 0, 0, 0], [0, 1, 9, 0], [1, 2, 10, 1]];
+        assert_eq!(flash[28..40], sums.concat());
+    }
+
+    #[test]
+    fn scripts_are_not_part_of_the_checksum() {
+        let script: (u32, &[u8]) = (layout().script.address, &[5; 8]);
+        let [with, without] =
+            [&[VECTORS, script][..], &[VECTORS]].map(|segments| made(segments, None).unwrap());
+        assert_eq!(with[..44], without);
     }
 
     #[test]
@@ -182,8 +223,8 @@ mod tests {
         let flash = made(&[VECTORS], Some(7)).unwrap();
         let start = (layout().id.unwrap().address - PROGRAM) as usize;
         assert_eq!(flash[start..], Layout::id_section(7));
-        assert!(flash[4..start].iter().all(|byte| *byte == 0xff));
-        assert_eq!(made(&[VECTORS], None).unwrap().len(), 4);
+        assert!(flash[44..start].iter().all(|byte| *byte == 0xff));
+        assert_eq!(made(&[VECTORS], None).unwrap().len(), 44);
         let layout = Layout { id: None, ..layout() };
         let refused = content(&elf(elf::EM_ARM, &[VECTORS]), &layout, Some(7));
         assert_eq!(refused, Err(RawBinaryError::NoId));
