@@ -14,7 +14,7 @@ use bittybuzz_emulation::message::ResetCause;
 use bittybuzz_hil::cfloader::{Cfloader, FlashedRobot, Radio, RadioFlashError};
 use bittybuzz_hil::loader::{FLASH_BYTES, FlashOperation, PAGE, PROGRAM_PAGE, StartedProgram};
 use bittybuzz_hil::safety::{is_in_loader, reset};
-use bittybuzz_hil::{Core, Robot, TraceLog, crazyflie, image, layout, motors};
+use bittybuzz_hil::{Core, Robot, TraceLog, crazyflie, image, is_lit, layout, motors};
 use bittybuzz_tests::bbz;
 
 const START: usize = PROGRAM_PAGE * PAGE;
@@ -135,6 +135,45 @@ fn after_a_power_cut_the_robot_can_be_flashed_again() {
     }
 }
 
+/// Switches on an emulated robot whose firmware is not complete: no motor turns, and the right red LED lights if the check of the
+/// firmware is itself in flash.
+fn assert_stopped(robot: &FlashedRobot, has_check: bool, what: &str) {
+    let mut emulated = emulated(robot);
+    let events = emulated.run_ms(300);
+    assert_eq!(motors(&events), [0.0; 4], "{what}");
+    assert_eq!(is_lit(&emulated.events, "red_right"), has_check, "{what}");
+    assert!(TraceLog::of_events(&events).firmware.is_empty(), "{what}");
+}
+
+/// The loader starts a part of the file, but the firmware in it checks itself before it does anything.
+#[test]
+fn a_part_of_the_firmware_does_not_run() {
+    let (old, new) = (flash_with(&[]), file(NEW));
+    let words = |bytes: usize| bytes / 4;
+    // The table of vectors has the number of words that the check reads, and they begin after the check's own.
+    let firmware = 40 + 4 * u32::from_le_bytes(new[28..32].try_into().unwrap()) as usize;
+    let mut random = Random::new(31);
+    let somewhere = (0..4).map(|_| 0x400 + 4 * (random.bits() as usize % words(firmware - 0x400)));
+    let lengths = [4, 8, 0x188, 0x400, firmware - 4].into_iter().chain(somewhere);
+    for length in lengths {
+        let what = format!("{length} of {firmware} bytes");
+        let mut robot = FlashedRobot::new(old.clone());
+        robot.switch_on(true);
+        // The erasing of sectors counts, too: four of 16 KiB, and one of 64 KiB.
+        let sectors = [0, 0x4000, 0x8000, 0xc000, 0x1_c000];
+        let erased = sectors.into_iter().filter(|start| *start < length.next_multiple_of(10_240));
+        robot.loader.cut_power_at(words(length) + erased.count() + 1);
+        let mut station =
+            Cfloader { robot: &mut robot, radio: &mut Radio::new(0.0, 0), recorded: None };
+        assert_eq!(station.flash(&new), Err(RadioFlashError::NoRobot), "{what}");
+        let flash = &robot.loader.flash()[START..];
+        assert!(flash[..length] == new[..length] && flash[length..] != new[length..], "{what}");
+        robot.switch_on(false);
+        assert_eq!(robot.started, StartedProgram::Firmware, "{what}");
+        assert_stopped(&robot, length >= 0x400, &what);
+    }
+}
+
 /// Between the robot's two processors nothing is sent again, and the loader has no checksum. Only reading the flash shows it.
 #[test]
 fn a_packet_lost_in_the_robot_is_found_by_reading() {
@@ -147,6 +186,10 @@ fn a_packet_lost_in_the_robot_is_found_by_reading() {
     assert_eq!(station.flash(&new), Ok(()));
     station.radio.line_loss = 0.0;
     assert!(station.read_back(new.len()).unwrap() != new);
+    robot.switch_on(false);
+    assert_stopped(&robot, true, "a page misses packets");
+    let mut station = Cfloader { robot: &mut robot, radio: &mut radio, recorded: None };
+    station.enter_loader().unwrap();
     assert_eq!(station.flash(&new), Ok(()));
     assert!(station.read_back(new.len()).unwrap() == new);
 }
