@@ -134,7 +134,7 @@ mod tests {
             "build --script a.bzz crazyflie --profile tiny",
             "build behaviors",
             "build crazyflie --bin",
-            "build crazyflie --bin --script a.bzz --id 65535 --output a.bin",
+            "build crazyflie --bin --script a.bzz --id 65535 --output a.zip",
             "sizes --json",
             "sizes --update",
             "site",

@@ -1,4 +1,4 @@
-"""Flashes a raw binary with the unmodified bootloader classes of cflib, as cfloader does after a warm boot.
+"""Flashes a raw binary or a release with the unmodified bootloader classes of cflib, as cfloader does after a warm boot.
 
 usage: flash.py FILE PORT [PAGES]
 

@@ -3,12 +3,12 @@
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command as Program;
 use std::thread;
 use std::time::Duration;
 
-use bittybuzz_builds::raw_binary;
+use bittybuzz_builds::{raw_binary, release_zip};
 use bittybuzz_chips::Random;
 use bittybuzz_emulation::message::ResetCause;
 use bittybuzz_hil::cfloader::{Cfloader, FlashedRobot, Radio, RadioFlashError};
@@ -249,7 +249,7 @@ const CFLIB: [(usize, &str); 13] = [
     (49, "fffef001"),
 ];
 
-/// Runs cflib's own bootloader classes against the model. `cargo xtask ci` installs them; without them the test is skipped.
+/// Runs cflib's own bootloader classes against the model: a raw binary, stopped on the way, then a release. `cargo xtask ci` installs them; without them the test is skipped.
 #[test]
 fn cflib_flashes_the_robot() {
     let Some(python) = std::env::var_os("BITTYBUZZ_CFLIB") else {
@@ -258,32 +258,33 @@ fn cflib_flashes_the_robot() {
     };
     let file = file(NEW);
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("crazyflie.bin");
-    std::fs::write(&path, &file).unwrap();
+    let [binary, release] = ["crazyflie.bin", "crazyflie.zip"].map(|name| folder.path().join(name));
+    std::fs::write(&binary, &file).unwrap();
+    std::fs::write(&release, release_zip::release(&file)).unwrap();
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port().to_string();
     let script: PathBuf = bbz::root().join("tests/hil/cflib/flash.py");
-    let cflib = |more: &[&str]| {
+    let cflib = |path: &Path, more: &[&str]| {
         let mut cflib = Program::new(&python);
-        cflib.arg(&script).arg(&path).arg(&port).args(more).env("PYTHONDONTWRITEBYTECODE", "1");
+        cflib.arg(&script).arg(path).arg(&port).args(more).env("PYTHONDONTWRITEBYTECODE", "1");
         let output = cflib.output().unwrap();
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
         text
     };
     let mut robot = FlashedRobot::new(flash_with(&self::file(OLD)));
-    let end = |robot: &mut FlashedRobot, more: &[&str]| {
+    let end = |robot: &mut FlashedRobot, path: &Path, more: &[&str]| {
         thread::scope(|scope| {
-            let station = scope.spawn(|| cflib(more));
+            let station = scope.spawn(|| cflib(path, more));
             serve(&listener, robot, || station.is_finished());
             station.join().unwrap()
         })
     };
-    assert!(end(&mut robot, &["100"]).ends_with("stopped\n"));
+    assert!(end(&mut robot, &binary, &["100"]).ends_with("stopped\n"));
     assert_eq!(robot.started, StartedProgram::Loader);
     robot.switch_on(false);
     assert_eq!(robot.started, StartedProgram::Firmware);
-    assert!(end(&mut robot, &[]).ends_with("flashed\n"));
+    assert!(end(&mut robot, &release, &[]).ends_with("flashed\n"));
     assert_flashed(&robot, &file, "cflib");
 }
 

@@ -2,6 +2,7 @@
 
 use crate::elf;
 use crate::raw_binary::{self, PAGE_BYTES, PROGRAM, RawBinaryError};
+use crate::release_zip;
 use crate::shell::{Invocation, root};
 use anyhow::{Context, Error, Result, anyhow};
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
@@ -97,13 +98,13 @@ pub struct BoardArguments {
     /// Numbers as small as those of the smallest robots, for a swarm that has some; else the robot's own
     #[arg(long, value_parser = ["tiny"])]
     profile: Option<String>,
-    /// Also write the raw binary that cfclient and cfloader send to a Crazyflie by radio
+    /// Also write the raw binary that cfloader sends to a Crazyflie by radio
     #[arg(long)]
     bin: bool,
     /// The robot's id in the raw binary; without it the robot keeps its own
     #[arg(long, value_name = "N", requires = "bin")]
     id: Option<u16>,
-    /// The raw binary; next to the image, with the extension .bin, if none is given
+    /// The raw binary, or with the extension .zip the release that cfclient sends; next to the image if none is given
     #[arg(long, value_name = "FILE", requires = "bin")]
     output: Option<PathBuf>,
 }
@@ -290,13 +291,20 @@ impl FirmwareBuild {
         let layout = self.shipped()?.layout.context("the robot file has no [layout]")?;
         let content = raw_binary::content(&fs::read(image)?, &layout, arguments.id)?;
         let path = arguments.output.clone().unwrap_or_else(|| image.with_extension("bin"));
-        fs::write(&path, &content)?;
+        let is_release = path.extension() == Some("zip".as_ref());
+        fs::write(
+            &path,
+            if is_release { release_zip::release(&content) } else { content.clone() },
+        )?;
         let (path, bytes) = (path.display(), content.len());
         let pages = bytes.div_ceil(PAGE_BYTES);
         let id = arguments.id.map_or(String::new(), |id| format!(", robot id {id}"));
         println!("{path}");
         println!("{bytes} bytes from {PROGRAM:#010x} on, {pages} pages: firmware, script{id}");
-        println!("cfloader flash {path} stm32-fw -w radio://0/80/2M/E7E7E7E7E7");
+        match is_release {
+            true => println!("cfclient: Connect, Bootloader, Cold boot, From file"),
+            false => println!("cfloader flash {path} stm32-fw -w radio://0/80/2M/E7E7E7E7E7"),
+        }
         Ok(())
     }
 

@@ -11,6 +11,7 @@ pub mod elf;
 pub mod on_chip;
 pub mod probe;
 pub mod raw_binary;
+pub mod release_zip;
 mod seed;
 pub mod setup;
 pub mod shell;

@@ -1,5 +1,5 @@
-//! Makes the file that cfclient and cfloader send to a Crazyflie by radio: the content of the flash
-//! from the vector table on, without addresses.
+//! Makes the file that cfloader sends to a Crazyflie by radio: the content of the flash from the
+//! vector table on, without addresses. [`release_zip`](crate::release_zip) wraps it for cfclient.
 //!
 //! Bitcraze's bootloader writes the file from page 16 on and knows nothing of its parts
 //! (crazyflie2-stm-bootloader, commit c79feab). So the file also covers the space between firmware,
