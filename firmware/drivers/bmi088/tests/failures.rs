@@ -78,6 +78,18 @@ fn each_register_of_the_configuration_is_read_back() {
 }
 
 #[test]
+fn a_pin_that_stays_active_low_is_refused() {
+    for pin in [DataReady::Int3, DataReady::Int4] {
+        let wires = Wires::new();
+        let mut imu = Imu::new(&wires, Defect::Stuck(0x16, 0x00));
+        let mut delay = TestDelay(wires.clone());
+        let start = Gyroscope::start(&mut imu.bus, &mut delay, Address::SdoHigh, pin);
+        let refused = Error::ConfigurationRefused { register: 0x16, found: 0x00 };
+        assert_eq!(run(start), Err(refused), "{pin:?}");
+    }
+}
+
+#[test]
 fn the_self_test_of_the_gyroscope_fails_or_hangs() {
     assert_eq!(test_gyroscope(&Wires::new(), Defect::None), Ok(()));
     let failed = test_gyroscope(&Wires::new(), Defect::TestFails);

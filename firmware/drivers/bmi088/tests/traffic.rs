@@ -120,7 +120,9 @@ fn self_tests_leave_a_chip_as_after_a_reset() {
     assert_eq!(imu.gyroscope.borrow().file.values[0x16], 0x0f);
     assert_eq!(imu.accelerometer.borrow().file.values[0x7c], 0x03);
     assert_eq!(imu.accelerometer.borrow().file.values[0x6d], 0x00);
-    let forces: Vec<Event> = writes(&wires.take_events())
+    let events = wires.take_events();
+    assert!(events.contains(&Event::wait_us(3_000)), "more than 2 ms before the first force");
+    let forces: Vec<Event> = writes(&events)
         .into_iter()
         .filter(|event| matches!(event, Event::I2c { written, .. } if written[0] == 0x6d))
         .collect();
