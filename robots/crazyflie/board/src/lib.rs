@@ -166,8 +166,8 @@ impl CrazyflieBoard {
             last_reset: ResetCause::PowerOn,
             noise: Random::new(0),
             nrf51: Nrf51::new(),
-            body: None,
             nrf51_next: None,
+            body: None,
             leds: [false; LEDS.len()],
             motors: [Pwm::LOW; MOTORS.len()],
             reset_request: None,
@@ -205,11 +205,9 @@ impl CrazyflieBoard {
     }
 
     fn find_next_event(&self) -> Option<Time> {
-        let chips = self.f405.next_event().into_iter().chain(self.nrf51.next_event(self.now));
+        let chips = self.f405.next_event().into_iter().chain(self.nrf51_next);
         let body = self.body.as_ref().map(FlightBody::next_step);
         let events = chips.chain(self.buses.next_event()).chain(body);
-        let chips = self.f405.next_event().into_iter().chain(self.nrf51_next);
-        let events = chips.chain(self.buses.next_event());
         // An event that needs a stopped clock never comes.
         events.min().filter(|at| *at < Time::NEVER)
     }
