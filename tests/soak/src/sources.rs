@@ -33,7 +33,7 @@ impl Sources {
     }
 
     /// A number that changes with the code of programs, and with the lines at which it stands. Documents and files with
-    /// dates of runs do not count, nor does the text of comments.
+    /// dates of runs do not count, nor do the text of comments and the budgets of images.
     pub fn fingerprint(&self) -> Result<u64> {
         let mut hash = Sha256::new();
         let is_code = |name: &&String| !name.ends_with(".md") && !RUNS.contains(&name.as_str());
@@ -42,6 +42,9 @@ impl Sources {
             let bytes = match String::from_utf8(bytes) {
                 Ok(text) if name.ends_with(".rs") => {
                     without_comments(&text).join("\n").into_bytes()
+                }
+                Ok(text) if name.ends_with("/robot.toml") => {
+                    without_budgets(&text).join("\n").into_bytes()
                 }
                 Ok(text) => text.into_bytes(),
                 Err(error) => error.into_bytes(),
@@ -70,6 +73,12 @@ fn without_comments(text: &str) -> Vec<&str> {
     text.lines().map(|line| if line.trim_start().starts_with("//") { "" } else { line }).collect()
 }
 
+/// The lines of a robot file; those of a budget are empty. Only the check of an image's size reads them.
+fn without_budgets(text: &str) -> Vec<&str> {
+    let is_budget = |line: &&str| line.starts_with("flash_bytes") || line.starts_with("ram_bytes");
+    text.lines().map(|line| if is_budget(&line) { "" } else { line }).collect()
+}
+
 /// Writes a file, and makes the folders that it needs.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     if let Some(folder) = path.parent() {
@@ -96,6 +105,12 @@ mod tests {
         let lines = without_comments("/// One.\nfn f() {\n    // Two.\n    g(); // Three.\n}\n");
         assert_eq!(lines, ["", "fn f() {", "", "    g(); // Three.", "}"]);
         assert_ne!(lines, without_comments("fn f() {\n    g(); // Three.\n}\n"));
+    }
+
+    #[test]
+    fn budgets_do_not_count() {
+        let file = "[vm]\nslots = 5\n\n[budget]\nflash_bytes = 9\nram_bytes = 8\n";
+        assert_eq!(without_budgets(file), ["[vm]", "slots = 5", "", "[budget]", "", ""]);
     }
 
     #[test]
