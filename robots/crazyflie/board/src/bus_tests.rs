@@ -2,15 +2,18 @@
 
 use bittybuzz_chips::HardwareError;
 
-use super::tests::{board, events, read, start_usart, write};
+use super::tests::{board, events, read, set_up, start_usart, write};
 use super::*;
 
 const RCC_AHB1ENR: u32 = 0x4002_3830;
 const RCC_APB1ENR: u32 = 0x4002_3840;
+const RCC_APB2ENR: u32 = 0x4002_3844;
 const GPIOA: u32 = 0x4002_0000;
+const GPIOB: u32 = 0x4002_0400;
 const GPIOC: u32 = 0x4002_0800;
 const I2C3: u32 = 0x4000_5c00;
 const USART6: u32 = 0x4001_1400;
+const SPI1: u32 = 0x4001_3000;
 /// Streams 2 of DMA1 and 7 of DMA2.
 const DMA1_S2: u32 = 0x4002_6040;
 const DMA2_S7: u32 = 0x4002_64b8;
@@ -218,4 +221,35 @@ fn the_data_ready_pulse_reaches_exti_14() {
     }
     // After power-on the gyroscope samples at 2,000 Hz (data sheet BST-BMI088-DS001, GYRO_BANDWIDTH).
     assert_eq!(times[2] - times[1], Time::from_micros(500));
+}
+
+/// Exchanges a byte on SPI1 by polling, as Bitcraze's firmware does.
+fn exchange(board: &mut CrazyflieBoard, byte: u8) -> u8 {
+    write(board, SPI1 + 0x0c, byte.into());
+    wait(board, &mut [], |board| read(board, SPI1 + 0x08) & 1 != 0);
+    read(board, SPI1 + 0x0c) as u8
+}
+
+#[test]
+fn the_flow_deck_is_selected_by_io_3_and_answers_on_spi1() {
+    let variation = CrazyflieVariation { has_flow_deck: true, ..CrazyflieVariation::default() };
+    let mut board = set_up(CrazyflieBoard::new(variation));
+    write(&mut board, RCC_APB2ENR, 1 << 12 | 1 << 14);
+    // PA5 to PA7 belong to SPI1; PB4 is an output and high.
+    write(&mut board, GPIOA + 0x20, 5 << 20 | 5 << 24 | 5 << 28);
+    write(&mut board, GPIOA, 0xa800_0000 | 2 << 10 | 2 << 12 | 2 << 14);
+    write(&mut board, GPIOB + 0x18, 1 << 4);
+    write(&mut board, GPIOB, 1 << 8);
+    // Master in mode 3 at 84 MHz / 64, NSS by software.
+    write(&mut board, SPI1, 1 << 9 | 1 << 8 | 1 << 6 | 5 << 3 | 1 << 2 | 3);
+    board.advance(Time::from_millis(50));
+    let product = |board: &mut CrazyflieBoard| {
+        exchange(board, 0x00);
+        let later = board.now() + Time::from_micros(500);
+        board.advance(later);
+        exchange(board, 0x00)
+    };
+    assert_eq!(product(&mut board), 0, "it is not selected, and MISO has no pull-up");
+    write(&mut board, GPIOB + 0x18, 1 << 20);
+    assert_eq!(product(&mut board), 0x49);
 }

@@ -19,7 +19,11 @@ const IWDG: u32 = 0x4000_3000;
 
 /// Returns a board with the clocks that a firmware for the Crazyflie sets, all of them on.
 pub(super) fn board() -> CrazyflieBoard {
-    let mut board = CrazyflieBoard::new(CrazyflieVariation::default());
+    set_up(CrazyflieBoard::new(CrazyflieVariation::default()))
+}
+
+/// Sets the clocks that a firmware for the Crazyflie sets, all of them on.
+pub(super) fn set_up(mut board: CrazyflieBoard) -> CrazyflieBoard {
     write(&mut board, FLASH_ACR, 5);
     write(&mut board, RCC, 0x0001_0083);
     write(&mut board, RCC + 0x04, 8 | 336 << 6 | 1 << 22 | 7 << 24);
