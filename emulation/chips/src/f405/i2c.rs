@@ -248,6 +248,11 @@ impl I2c {
                 self.is_ended = false;
                 self.is_last_by_dma = false;
                 self.acknowledge_now = self.cr1 & CR1_ACK != 0;
+                if !read {
+                    // Bytes that nobody has read make room for those to send.
+                    (self.data, self.shift) = (None, None);
+                    self.sr1 &= !SR1_RXNE;
+                }
             }
             _ if self.data.is_none() => self.sr1 |= SR1_BTF,
             _ => {}

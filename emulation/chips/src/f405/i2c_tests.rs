@@ -250,3 +250,30 @@ fn a_read_of_the_data_register_clears_the_end_of_a_byte() {
     assert!(!i2c.interrupts()[0]);
     assert_eq!(i2c.read(SR1, now), SR1_TXE);
 }
+
+#[test]
+fn an_unread_byte_is_not_sent_in_the_next_transfer() {
+    let mut i2c = i2c();
+    let now = address(&mut i2c, 0x31, true, Time::ZERO);
+    write(&mut i2c, CR1, CR1_PE, now);
+    i2c.read(SR1, now);
+    i2c.read(SR2, now);
+    let now = receive(&mut i2c, 7, now);
+    let now = address_after_data(&mut i2c, 0x30, now);
+    i2c.read(SR1, now);
+    i2c.read(SR2, now);
+    assert_eq!((i2c.read(SR1, now), i2c.next_event()), (SR1_TXE, None));
+}
+
+/// Sends a repeated start condition and an address while RXNE is set.
+fn address_after_data(i2c: &mut I2c, byte: u8, now: Time) -> Time {
+    write(i2c, CR1, CR1_PE | CR1_START, now);
+    let now = now + BIT;
+    i2c.advance(now);
+    assert_eq!(i2c.read(SR1, now), SR1_SB | SR1_RXNE);
+    write(i2c, DR, byte.into(), now);
+    let now = now + bits(9);
+    let (_, action) = i2c.advance(now).unwrap();
+    i2c.acknowledge(action, true, now);
+    now
+}
