@@ -185,7 +185,7 @@ fn slices() -> String {
 /// the factor to the unit that is printed, the digits and the unit, and the limit.
 type FigureRow = (&'static str, [&'static str; 2], f64, usize, &'static str, &'static str);
 
-const CRAZYFLIE: [FigureRow; 4] = [
+const CRAZYFLIE: [FigureRow; 6] = [
     (
         "longest wait of a received byte, under noise at line rate",
         ["byte_wait_ns", "longest"],
@@ -211,6 +211,22 @@ const CRAZYFLIE: [FigureRow; 4] = [
         "2 ms",
     ),
     ("from a dead task to the reset, longest", ["dead_task_ms", "longest"], 1.0, 0, "ms", "351 ms"),
+    (
+        "from a pulse of the gyroscope to the end of both reads, longest",
+        ["sensors", "slowest_us"],
+        1.0,
+        0,
+        "µs",
+        "500 µs",
+    ),
+    (
+        "wake-ups of the sensors' task per sample of two reads",
+        ["sensors", "wake_ups_per_1000"],
+        1e-3,
+        2,
+        "",
+        "3.4",
+    ),
 ];
 
 const ZOOID: [FigureRow; 7] = [
@@ -247,7 +263,8 @@ fn figures(robot: &str, rows: &[FigureRow]) -> String {
             0 => number(figure * factor),
             digits => format!("{:.digits$}", figure * factor),
         };
-        text += &format!("| {quantity} | {value} {unit} | {limit} |\n");
+        let value = format!("{value} {unit}");
+        text += &format!("| {quantity} | {} | {limit} |\n", value.trim_end());
     }
     format!("{text}\nRecorded on {}.\n\n", recorded["date"].as_str().unwrap())
 }

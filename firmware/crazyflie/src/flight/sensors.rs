@@ -110,7 +110,8 @@ async fn sample(
         let read = async {
             let pulses = data_ready.wait().await;
             counters.missed += pulses.count - 1;
-            if previous.is_some_and(|previous| pulses.last - previous > LATE) {
+            let since = previous.map(|previous| duration(previous, pulses.last));
+            if since.is_some_and(|since| since > LATE) {
                 counters.late += 1;
             }
             previous = Some(pulses.last);
@@ -118,7 +119,7 @@ async fn sample(
         };
         let fault = match with_timeout(PATIENCE, read).await {
             Ok(Ok(sample)) => {
-                let us = sample.ready_at.elapsed().as_micros() as u32;
+                let us = duration(sample.ready_at, Instant::now()).as_micros() as u32;
                 counters.slowest_us = counters.slowest_us.max(us);
                 counters.samples += 1;
                 state::publish(sample);
@@ -149,6 +150,12 @@ async fn sample(
         }
         state::set_counters(*counters);
     }
+}
+
+/// Returns the time between two moments. The clock goes back if a debugger has halted the core, since
+/// its timer then overflows without an interrupt. The duration is zero in that case.
+fn duration(from: Instant, to: Instant) -> Duration {
+    to.saturating_duration_since(from)
 }
 
 /// Reads both sensors: the gyroscope first, because its data are older.
