@@ -10,8 +10,8 @@ mod flow_deck;
 #[cfg(test)]
 mod tests;
 
-use bittybuzz_chips::devices::one_wire::DeckMemories;
 use bittybuzz_chips::devices::bmi088::Bmi088Fault;
+use bittybuzz_chips::devices::one_wire::DeckMemories;
 use bittybuzz_chips::f405::{F405, PinAction};
 use bittybuzz_chips::nrf51::{BAUD, Nrf51, PeerAction};
 use bittybuzz_chips::stm32::{Pin, Pwm};
