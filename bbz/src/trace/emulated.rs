@@ -208,7 +208,8 @@ impl ReportReader {
             EmulatorEvent::Color { red, green, blue } => {
                 output("led".to_owned(), format!("red {red}, green {green}, blue {blue} of 3"))
             }
-            EmulatorEvent::Syslink { .. }
+            EmulatorEvent::Motion { .. }
+            | EmulatorEvent::Syslink { .. }
             | EmulatorEvent::P2p { .. }
             | EmulatorEvent::Radio { .. }
             | EmulatorEvent::Serial { .. } => vec![],

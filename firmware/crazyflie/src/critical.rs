@@ -15,7 +15,7 @@
 //!
 //! Only the link's interrupt uses no critical sections. All wakers, the timer queue and the state
 //! that tasks of both executors share lie behind critical sections, so every interrupt from 0x10 on
-//! may use them. The longest critical section in emulation takes 6 µs, while defmt writes a record.
+//! may use them. The longest critical section in emulation takes 6.4 µs, while defmt writes a record.
 //! It delays the sensors' interrupts by as much: the bus then waits with SCL low, and loses nothing.
 //! The times of data-ready pulses are late by the same amount.
 

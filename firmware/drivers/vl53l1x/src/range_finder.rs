@@ -23,7 +23,7 @@ const PAD_I2C_HV__CONFIG: u16 = 0x002d;
 const PAD_I2C_HV__EXTSUP_CONFIG: u16 = 0x002e;
 const GPIO_HV_PAD__CTRL: u16 = 0x002f;
 const GPIO_HV_MUX__CTRL: u16 = 0x0030;
-const GPIO__TIO_HV_STATUS: u16 = 0x0031;
+const INTERRUPT_STATUS: u16 = 0x0031;
 const SYSTEM__INTERMEASUREMENT_PERIOD: u16 = 0x006c;
 const SYSTEM__INTERRUPT_CLEAR: u16 = 0x0086;
 const SYSTEM__MODE_START: u16 = 0x0087;
@@ -159,7 +159,7 @@ impl RangeFinder {
     }
 
     async fn has_result<B: I2c>(&self, bus: &mut B) -> Result<bool, B::Error> {
-        let [state] = read(bus, self.address, GPIO__TIO_HV_STATUS).await?;
+        let [state] = read(bus, self.address, INTERRUPT_STATUS).await?;
         Ok(state & RESULT_READY != 0)
     }
 
