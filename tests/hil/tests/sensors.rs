@@ -129,3 +129,97 @@ fn a_short_fault_costs(fault: ImuFault, us: u64, lost: u64, end: &str) {
 fn a_missing_acknowledgement_costs_a_sample() {
     a_short_fault_costs(ImuFault::NoAcknowledge, 500, 2, "Bus(NoAcknowledge)");
 }
+
+#[test]
+fn clock_pulses_free_a_bus_that_a_sensor_holds() {
+    a_short_fault_costs(ImuFault::SdaLow(9), 2_500, 2, "BusHeld");
+}
+
+/// SDA stays low after nine pulses: the firmware says so, and tries again until the chip lets go.
+#[test]
+fn a_bus_that_stays_held_is_reported_and_used_again() {
+    let mut robot = started();
+    set_fault(&mut robot, Some(ImuFault::SdaLow(u32::MAX)));
+    robot.run_ms(2_000);
+    let lines = log(&robot);
+    for line in [
+        "a sample of the sensors was disturbed: Bus(SdaLow)",
+        "the sensors are started again after Bus(SdaLow)",
+        "Gyroscope does not answer: SdaLow",
+    ] {
+        assert_eq!(lines.iter().filter(|found| *found == line).count(), 1, "{lines:?}");
+    }
+    // The link and the script do not notice.
+    assert!(robot.ping(1, 10).is_some());
+    set_fault(&mut robot, None);
+    robot.run_ms(700);
+    let runs = log(&robot).into_iter().filter(|line| line == "gyroscope and accelerometer run");
+    assert_eq!(runs.count(), 2);
+    assert_healthy(&robot);
+}
+
+/// The start is repeated until the right chips answer.
+#[test]
+fn sensors_that_are_wrong_or_missing_are_named() {
+    let faults = [
+        (ImuFault::GyroscopeId(7), "Gyroscope is another chip, with id 0x7"),
+        (ImuFault::AccelerometerId(0x1f), "Accelerometer is another chip, with id 0x1f"),
+        (ImuFault::NoAcknowledge, "Gyroscope does not answer: NoAcknowledge"),
+        (ImuFault::SdaLow(u32::MAX), "Gyroscope does not answer: SdaLow"),
+    ];
+    for (fault, line) in faults {
+        let mut robot = Robot::crazyflie(Core::Unicorn, BUSY);
+        set_fault(&mut robot, Some(fault));
+        robot.run_ms(3_000);
+        let lines = log(&robot);
+        assert_eq!(lines.iter().filter(|found| *found == line).count(), 1, "{lines:?}");
+        set_fault(&mut robot, None);
+        robot.run_ms(700);
+        let lines = log(&robot);
+        assert!(lines.iter().any(|line| line == "gyroscope and accelerometer run"), "{lines:?}");
+        assert_healthy(&robot);
+    }
+}
+
+#[test]
+fn a_gyroscope_without_pulses_is_reported() {
+    let mut robot = started();
+    set_fault(&mut robot, Some(ImuFault::NoDataReady));
+    robot.run_ms(1_000);
+    let lines = log(&robot);
+    let line = "the sensors are started again after NoPulse";
+    assert!(lines.iter().any(|found| found == line), "{lines:?}");
+    assert!(lines.len() < 20, "{lines:?}");
+    assert_healthy(&robot);
+}
+
+/// One pulse comes 1.7 ms after the one before, and then one 0.3 ms after that.
+#[test]
+fn late_pulses_are_counted() {
+    let mut robot = started();
+    set_fault(&mut robot, Some(ImuFault::LateDataReadyUs(700)));
+    robot.run_ms(100);
+    set_fault(&mut robot, None);
+    robot.run_ms(STATUS_MS);
+    let last = *counters(&robot).last().unwrap();
+    assert_eq!((last.late, last.failed), (1, 0), "{last:?}");
+    assert!(last.missed <= 1, "{last:?}");
+}
+
+/// The end of a transaction never reaches the task. The limits of time end each wait, and nothing else suffers.
+#[test]
+fn transactions_that_do_not_end_are_given_up() {
+    let mut robot = started();
+    robot.execute(&Command::Skip { symbol: "Transfer>::conclude".into() });
+    robot.run_ms(1_000);
+    let lines = log(&robot);
+    for line in [
+        "a sample of the sensors was disturbed: BusSilent",
+        "the sensors are started again after BusSilent",
+        "Gyroscope does not start",
+    ] {
+        assert_eq!(lines.iter().filter(|found| *found == line).count(), 1, "{lines:?}");
+    }
+    assert!(robot.ping(1, 10).is_some());
+    assert_healthy(&robot);
+}

@@ -157,7 +157,7 @@ impl Transfer {
             i2c.dr().read();
         } else {
             i2c.cr1().modify(|w| w.set_stop(true));
-            self.end(Ok(()));
+            self.conclude(Ok(()));
         }
     }
 
@@ -167,7 +167,7 @@ impl Transfer {
             return;
         }
         let status = pac::I2C3.sr1().read();
-        self.end(Err(if status.af() {
+        self.conclude(Err(if status.af() {
             BusError::NoAcknowledge
         } else if status.arlo() {
             BusError::ArbitrationLost
@@ -185,14 +185,14 @@ impl Transfer {
         }
         if flags.tcif(STREAM % 4) {
             pac::I2C3.cr1().modify(|w| w.set_stop(true));
-            self.end(Ok(()));
+            self.conclude(Ok(()));
         } else {
-            self.end(Err(BusError::Dma));
+            self.conclude(Err(BusError::Dma));
         }
     }
 
     /// Turns the interrupts of the peripheral off, and wakes the task.
-    fn end(&mut self, outcome: Result<(), BusError>) {
+    fn conclude(&mut self, outcome: Result<(), BusError>) {
         silence();
         self.phase = Phase::Ended(outcome);
         WAKER.wake();
