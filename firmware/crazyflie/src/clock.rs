@@ -13,8 +13,6 @@ use embassy_stm32::time::mhz;
 /// Returns the configuration for `embassy_stm32::init`.
 pub fn config() -> Config {
     let mut config = Config::default();
-    // The default is 0, which critical sections do not mask.
-    config.dma_interrupt_priority = crate::critical::DMA;
     let rcc = &mut config.rcc;
     rcc.hse = Some(Hse { freq: mhz(8), mode: HseMode::Oscillator });
     rcc.pll_src = PllSource::HSE;

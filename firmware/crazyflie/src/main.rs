@@ -116,7 +116,10 @@ async fn main(spawner: Spawner) {
     }
     let mut core = defmt::unwrap!(cortex_m::Peripherals::take());
     critical::set_priorities(&mut core.NVIC);
-    let p = embassy_stm32::init(clock::config());
+    let mut config = clock::config();
+    // The default is 0, which critical sections do not mask.
+    config.dma_interrupt_priority = critical::DMA;
+    let p = embassy_stm32::init(config);
 
     let board = board::check();
     let motors = || Motors::new(p.TIM2, p.TIM4, p.PA1, p.PB11, p.PA15, p.PB9);
