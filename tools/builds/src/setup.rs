@@ -2,9 +2,10 @@
 //! rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
-use crate::shell::{Invocation, at_once, is_installed, target};
-use anyhow::{Result, bail};
+use crate::shell::{Invocation, at_once, is_installed, root, target};
+use anyhow::{Context, Result, bail};
 use fs_err as fs;
+use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// The evidence that a package is installed.
@@ -68,15 +69,17 @@ const CFLIB_REQUIREMENTS: &str = "tests/hil/cflib/requirements.txt";
 /// The list of Python packages for the checks of sources.
 const CHECK_REQUIREMENTS: &str = "xtask/requirements.txt";
 
-/// Folders whose `rust-toolchain.toml` names a toolchain with more than the root's: components, and
-/// targets for chips and web pages.
-const TOOLCHAINS: [&str; 3] = ["firmware", KILOBOT.folder, "playground"];
+/// The folder whose `rust-toolchain.toml` adds components and targets for chips to the root's toolchain.
+const ADDITIONS: &str = "firmware";
+
+/// Folders whose `rust-toolchain.toml` names another toolchain than the root's.
+const TOOLCHAINS: [&str; 2] = [KILOBOT.folder, "playground"];
 
 /// Installs the Rust toolchains and the Debian packages. Both are listed before they are installed.
 pub fn run() -> Result<()> {
     let missing = missing(PACKAGES, is_there);
     println!(
-        "Needed: the toolchains of rust-toolchain.toml in {}; they take 1 GB.",
+        "Needed: the toolchains of rust-toolchain.toml in {ADDITIONS}, {}; they take 1 GB.",
         TOOLCHAINS.join(", ")
     );
     match missing.as_slice() {
@@ -91,10 +94,40 @@ pub fn run() -> Result<()> {
 /// Installs the toolchains, components and targets of each `rust-toolchain.toml`. No network is
 /// needed if they are installed already.
 pub fn rust() -> Result<()> {
+    // `rustup toolchain install` may replace the compiler that other chores run at the same time.
+    let additions = Additions::read()?;
+    let add = |kind: &str, names: &[String]| {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let arguments = [&[kind, "add"], &names[..]].concat();
+        Invocation::new("rustup", &arguments).in_workspace(ADDITIONS).run()
+    };
+    add("component", &additions.components)?;
+    add("target", &additions.targets)?;
     for folder in TOOLCHAINS {
         Invocation::new("rustup", &["toolchain", "install"]).in_workspace(folder).run()?;
     }
     Ok(())
+}
+
+/// Components and targets that a `rust-toolchain.toml` names.
+#[derive(Deserialize)]
+struct Additions {
+    components: Vec<String>,
+    targets: Vec<String>,
+}
+
+impl Additions {
+    fn read() -> Result<Additions> {
+        #[derive(Deserialize)]
+        struct ToolchainFile {
+            toolchain: Additions,
+        }
+        let path = root().join(ADDITIONS).join("rust-toolchain.toml");
+        let text = fs::read_to_string(&path)?;
+        let file: ToolchainFile =
+            toml::from_str(&text).with_context(|| path.display().to_string())?;
+        Ok(file.toolchain)
+    }
 }
 
 /// Installs node with npm.
@@ -209,7 +242,6 @@ fn is_root() -> Result<bool> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shell::root;
 
     #[test]
     fn only_what_is_missing_is_installed() {
@@ -226,7 +258,7 @@ mod tests {
             let text = fs::read_to_string(file).unwrap();
             text.lines().find(|line| line.starts_with("channel")).unwrap().to_owned()
         };
-        assert_eq!(channel(""), channel("firmware"));
+        assert_eq!(channel(""), channel(ADDITIONS));
         // Both build a library of their own, which stable cargo does not do.
         assert_eq!(channel("firmware/kilobot-avr"), channel("playground"));
     }
