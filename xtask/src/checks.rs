@@ -7,8 +7,8 @@ use anyhow::Result;
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{
-    self, BOOK, CHECK, FIGURES, PROBE_RS, SKIP_SLOW, all_but_emulators, all_tests, cargo_test,
-    emulators, guides, shared_packages,
+    self, BOOK, CHECK, FIGURES, SKIP_SLOW, all_but_emulators, all_tests, cargo_test, emulators,
+    guides, shared_packages,
 };
 use bittybuzz_builds::probe::PROBES;
 use bittybuzz_builds::shell::{Invocation, at_once, cargo, keep_lock_files};
@@ -77,8 +77,6 @@ pub enum Step {
     Page,
     /// Samples of the long tests
     Soak,
-    /// Chips and layouts of the robot files against probe-rs' own database
-    ProbeRs,
 }
 
 /// Runs everything that must pass before a change is merged, or one step of it.
@@ -94,9 +92,9 @@ pub fn ci(step: Option<Step>) -> Result<()> {
 }
 
 /// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
-/// emulators count while the tests are compiled, and the sample of the long tests and probe-rs' library,
-/// which is compiled for one test, have theirs beside the browsers. The lints of host programs need no package, and run while packages come from the
-/// network and beside the other lints.
+/// emulators count while the tests are compiled, and the sample of the long tests runs next to the
+/// browsers. The lints of host programs need no package, and run while packages come from the network
+/// and next to the other lints.
 fn all_steps() -> Result<()> {
     let start = Instant::now();
     at_once(lint_host, || {
@@ -112,7 +110,7 @@ fn all_steps() -> Result<()> {
     };
     at_once(|| run(Step::between(Step::Sizes, Step::Emulators)), compile)?;
     run(Step::between(Step::Emulators, Step::Wasm))?;
-    at_once(|| run(Step::between(Step::Wasm, Step::Soak)), || run(&[Step::Soak, Step::ProbeRs]))?;
+    at_once(|| run(Step::between(Step::Wasm, Step::Soak)), || Step::Soak.run())?;
     Ok(())
 }
 
@@ -150,7 +148,6 @@ impl Step {
             Step::Guides => carry_out_guides()?,
             Step::Wasm => wasm()?,
             Step::Page => page()?,
-            Step::ProbeRs => cargo_test(&["--package", PROBE_RS]).run()?,
             Step::Soak => soak::sample()?,
         }
         self.report(start);

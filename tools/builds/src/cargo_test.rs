@@ -46,13 +46,9 @@ pub const EMULATORS: [&str; 7] = [
 /// The package of the book. Most crates that it compiles have no other user.
 pub const BOOK: &str = "bittybuzz-book";
 
-/// The package that compares robot files with probe-rs, whose library is large.
-pub const PROBE_RS: &str = "bittybuzz-probe-rs-test";
-
 /// Returns the options that select all packages that share a build of their tests.
 pub fn shared_packages() -> Vec<&'static str> {
-    let others = [BOOK, PROBE_RS].into_iter().flat_map(|package| ["--exclude", package]);
-    all_but_emulators().into_iter().chain(others).collect()
+    all_but_emulators().into_iter().chain(["--exclude", BOOK]).collect()
 }
 
 /// Returns the options that select [`EMULATORS`].
