@@ -39,6 +39,7 @@ class Fingers:
     """Fingers on the screen: places in pixels of the page."""
 
     def __init__(self, page):  # noqa: F811
+        self.page = page
         self.session = page.context.new_cdp_session(page)
 
     def send(self, kind, places):
@@ -46,11 +47,15 @@ class Fingers:
         self.session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
     def drag(self, ways):
-        """The way of each finger, a list of places; all ways are equally long."""
+        """The way of each finger, a list of places; all ways are equally long. Returns once the page is painted.
+
+        The browser cancels touches that a busy page does not answer, as one that still paints the last drag.
+        """
         self.send("touchStart", [way[0] for way in ways])
         for places in zip(*ways):
             self.send("touchMove", places)
         self.send("touchEnd", [])
+        painted(self.page)
 
 
 def arc(middle, radius, start, turn):
@@ -67,7 +72,6 @@ def test_two_fingers_zoom_and_turn(page):  # noqa: F811
     mm = lambda: int(page.locator("#bar-text").inner_text().split()[0]) / line.bounding_box()["width"]  # noqa: E731
     before = mm()
     fingers.drag([[(500 - 50 - 5 * part, 400) for part in range(11)], [(500 + 50 + 5 * part, 400) for part in range(11)]])
-    painted(page)
     assert math.isclose(before / mm(), 2, rel_tol=0.05), "twice as far apart, twice as large"
     # From above, the world is not turned.
     above = picture(page)

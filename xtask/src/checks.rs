@@ -189,15 +189,14 @@ fn page() -> Result<()> {
     vendor::check()?;
     let python = setup::browser()?;
     let bbz = cargo_test::bbz()?;
-    Invocation::named(
-        "python3",
-        &python,
-        &["-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/page"],
-    )
-    .env("PYTHONDONTWRITEBYTECODE", "1")
-    .env("BBZ", &bbz.display().to_string())
-    .env("SITE", &site::build()?.display().to_string())
-    .run()
+    // Each file in one of two processes, which wait for pages and runs for half of their time.
+    let arguments =
+        ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", "2", "--dist", "loadfile"];
+    Invocation::named("python3", &python, &[&arguments[..], &["tests/page"]].concat())
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("BBZ", &bbz.display().to_string())
+        .env("SITE", &site::build()?.display().to_string())
+        .run()
 }
 
 /// Fails if a lock file does not match its manifests.

@@ -260,9 +260,12 @@ impl Tests {
                     .env("BITTYBUZZ_BEHAVIORS", &images.display().to_string())
             }
             Tests::OfPackages(packages) => {
-                let packages = packages.iter().flat_map(|package| ["--package", package]);
-                let filters = only.iter().flat_map(|test| ["--", "--exact", test]);
-                in_copy(cargo_test(&packages.chain(filters).collect::<Vec<_>>()), copy, "")
+                let arguments = match only {
+                    // The sample has unit tests of the first package.
+                    Some(test) => vec!["--package", packages[0], "--lib", "--", "--exact", test],
+                    None => packages.iter().flat_map(|package| ["--package", package]).collect(),
+                };
+                in_copy(cargo_test(&arguments), copy, "")
             }
         };
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
