@@ -31,6 +31,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod arbiter;
 pub mod avoidance;
 pub mod blind;
 pub mod calibration;
