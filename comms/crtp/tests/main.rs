@@ -1,0 +1,11 @@
+//! The tests of this crate, as one program, so that they are linked once.
+
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+mod commands;
+mod document;
+mod hostile;
+mod oracle;
+mod station;
+mod tables;
+mod vectors;
