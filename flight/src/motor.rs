@@ -3,12 +3,15 @@
 //! [`RotorDrive`] joins the two steps. [`LagCompensation`] leads the command, because the thrust of
 //! a small rotor follows its voltage with a time constant of 60 to 140 ms, longer than the attitude
 //! loop can bear. [`BatteryCompensation`] turns thrust into the share of the battery's voltage.
+//! [`DutySteps`] rounds duties to the steps of a timer.
 
 mod battery;
 mod lag;
+mod steps;
 
 pub use battery::{BatteryCompensation, steady_thrust_n};
 pub use lag::LagCompensation;
+pub use steps::DutySteps;
 
 use crate::{MotorDuties, MotorForces, Vehicle};
 
