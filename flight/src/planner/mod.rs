@@ -95,6 +95,8 @@ pub struct Planner<const PIECES: usize> {
     /// The command that waits until braking is safe.
     waiting: Option<Pursuit>,
     is_landing: bool,
+    /// A plan that waits for a curve does not search for it by itself.
+    defers_retries: bool,
     pieces: PieceStore<PIECES>,
     time_s: f64,
 }
@@ -116,6 +118,7 @@ impl<const PIECES: usize> Planner<PIECES> {
             motion: Motion::Idle,
             waiting: None,
             is_landing: false,
+            defers_retries: false,
             pieces: PieceStore::new(),
             time_s: f64::NEG_INFINITY,
         })
@@ -134,6 +137,12 @@ impl<const PIECES: usize> Planner<PIECES> {
         let floor_m = least_m.z.max(height_m).min(most_m.z);
         self.fence =
             PositionFence::new(least_m.with_z(floor_m), most_m).unwrap_or(self.whole_fence);
+    }
+
+    /// Sets if a robot that brakes before a goal searches for the curve only by [`Self::retry_now`]:
+    /// the search takes longer than a reference.
+    pub(crate) fn defer_retries(&mut self, defers: bool) {
+        self.defers_retries = defers;
     }
 
     /// Returns the fence of plans at present.

@@ -63,7 +63,9 @@ impl<const PIECES: usize> Planner<PIECES> {
         } else if let Motion::Pursuit { filter, pursuit, .. } = &mut self.motion {
             let time_s = (now_s - moment_s) as f32;
             filter.advance(time_s, &pursuit.command, &self.limits, &self.fence);
-            self.retry();
+            if !self.defers_retries && self.is_retry_due() {
+                self.retry_now();
+            }
         }
     }
 
@@ -87,13 +89,20 @@ impl<const PIECES: usize> Planner<PIECES> {
         self.motion = Motion::Pursuit { filter, pursuit, retry_s: end_s };
     }
 
+    /// Returns true if a robot that brakes before a goal should search for a curve to it.
+    pub(crate) fn is_retry_due(&self) -> bool {
+        match &self.motion {
+            Motion::Pursuit { pursuit, retry_s, .. } => {
+                pursuit.goal.is_some() && self.time_s >= *retry_s
+            }
+            _ => false,
+        }
+    }
+
     /// Leaves a braking maneuver once a curve leads to the goal.
-    fn retry(&mut self) {
+    pub(crate) fn retry_now(&mut self) {
         let Motion::Pursuit { filter, pursuit, retry_s } = &mut self.motion else { return };
         let Some(goal) = pursuit.goal else { return };
-        if self.time_s < *retry_s {
-            return;
-        }
         *retry_s = self.time_s + RETRY_S;
         let start = filter.reference(&self.limits);
         if let Some(curve) = self.find_curve(&start, &goal) {

@@ -92,6 +92,7 @@ impl FlightStack {
 
     /// Disarms: stops the motors, in flight too.
     pub fn stop(&mut self) {
+        self.desk.note_command();
         self.guidance = Guidance::Absent;
         self.command_ms = None;
         self.requests.disarm = true;
@@ -140,6 +141,7 @@ impl FlightStack {
         let planner = self.able_planner()?;
         let report =
             planner.take_off(now_s, state.position_m, yaw_rad(&state), height_m, duration_s)?;
+        self.desk.note_plan();
         self.guide(Guidance::Plan);
         Ok(report)
     }
@@ -221,6 +223,7 @@ impl FlightStack {
             return Err(FlightRefusal::NotFinite);
         }
         self.go_idle();
+        self.desk.note_plan();
         self.guide(Guidance::Reference(*reference));
         Ok(())
     }
@@ -244,12 +247,14 @@ impl FlightStack {
             _ => self.held(&self.filter.state()),
         };
         self.go_idle();
+        self.desk.note_plan();
         self.guide(Guidance::Attitude { command: *command, held });
         Ok(())
     }
 
     /// Makes this the source of the motion.
     fn guide(&mut self, guidance: Guidance) {
+        self.desk.note_command();
         self.guidance = guidance;
         self.renew();
     }
@@ -264,6 +269,7 @@ impl FlightStack {
         self.start_in_air(&state)?;
         let now_s = self.now_s();
         let report = command(self.able_planner()?, now_s)?;
+        self.desk.note_plan();
         self.guide(Guidance::Plan);
         Ok(report)
     }

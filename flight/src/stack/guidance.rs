@@ -48,6 +48,7 @@ impl FlightStack {
     /// Reacts to another permission.
     pub(super) fn change(&mut self, permission: MotorPermission) {
         let before = core::mem::replace(&mut self.permission, permission);
+        self.desk.note_permission();
         match permission {
             MotorPermission::Off => self.end_flight(),
             MotorPermission::Level => self.go_idle(),
@@ -65,16 +66,7 @@ impl FlightStack {
                     *is_new = true;
                 }
             }
-            MotorPermission::Descend => {
-                let state = self.filter.state();
-                let (now_s, ground_m) = (self.now_s(), self.ground_m);
-                // Without a plan to land from the robot sinks. A planner that lands already
-                // goes on.
-                let _ = self.start_in_air(&state);
-                if let Some(planner) = &mut self.planner {
-                    let _ = planner.land(now_s, ground_m, None);
-                }
-            }
+            MotorPermission::Descend => self.begin_landing(),
         }
     }
 

@@ -26,10 +26,16 @@
 //!
 //! A landing leads to the ground at rest, and then further down at 8 cm/s until the robot stands
 //! with much less thrust than it weighs.
+//!
+//! # Plans elsewhere
+//! A plan can take longer than half the time between two samples. A robot whose ticks must not wait
+//! gives its commands to a copy of the controller, in a task of lower priority, and hands them over
+//! between two ticks ([`FlightStack::plan_elsewhere`]).
 
 mod command;
 mod governor;
 mod guidance;
+mod hand_over;
 mod peers;
 mod settings;
 #[cfg(test)]
@@ -117,6 +123,7 @@ pub struct FlightStack {
     requests: PilotRequests,
     has_script_fault: bool,
     guidance: Guidance,
+    desk: hand_over::PlanningDesk,
     /// Time of the last command or sign of life since the last stop.
     command_ms: Option<u64>,
     pose_ms: Option<u64>,
@@ -171,6 +178,7 @@ impl FlightStack {
             requests: PilotRequests::default(),
             has_script_fault: false,
             guidance: Guidance::Absent,
+            desk: hand_over::PlanningDesk::default(),
             command_ms: None,
             pose_ms: None,
             position_ms: None,
@@ -342,6 +350,12 @@ impl FlightStack {
         self.supervisor.state().stage()
     }
 
+    /// Returns the use of the motors that the supervisor permits.
+    #[must_use]
+    pub fn permission(&self) -> MotorPermission {
+        self.permission
+    }
+
     /// Advances by [`TICK_S`] and returns the duties of the motors until the next call.
     ///
     /// # Parameters
@@ -388,6 +402,7 @@ impl FlightStack {
         if output.permission != self.permission {
             self.change(output.permission);
         }
+        self.plan_if_late();
         self.filter.set_flying(self.is_flying());
         if self.ticks.is_multiple_of(CONTROL_TICKS) {
             self.control(&state);

@@ -9,5 +9,6 @@ mod commands;
 pub mod consistency;
 pub mod figures;
 mod flow;
+mod hand_over;
 mod path;
 pub mod rig;
