@@ -3,8 +3,9 @@
 //! A [`Pilot`] executes the functions of the robot file that fly: `takeoff`, `goTo` and so on
 //! ([`PilotFunction`]). It flies any [`Aircraft`]: the [`FlightStack`](crate::stack::FlightStack),
 //! or a [`PlannedAircraft`], which has a planner and no controller. The simulator, in both its
-//! fidelities, and the benchmark on the chip fly by this module alone, so a function has the same
-//! duration, limits and results everywhere. The firmware does not fly yet.
+//! fidelities, the firmware and the benchmark on the chip fly by this module alone, so a function has the same
+//! duration, limits and results everywhere. On a robot it commands a copy of the flight controller
+//! ([`FlightStack::plan_elsewhere`](crate::stack::FlightStack::plan_elsewhere)).
 //!
 //! The caller passes on each call of the script with [`Pilot::call`], again until it no longer
 //! waits, and calls [`Pilot::tick`] 10 times per second after the script.
@@ -166,6 +167,12 @@ impl Pilot {
     /// Takes the permission of a person to start the motors.
     pub fn permit(&mut self, now_ms: u64) {
         self.permission = Permission::given_at(now_ms);
+    }
+
+    /// Ends the permission, since a person disarmed the robot. The caller stops the motors.
+    pub fn forbid(&mut self) {
+        self.permission.end(PermissionEnd::Person);
+        self.task = Task::Rest;
     }
 
     /// Returns the permission of a person.

@@ -15,6 +15,8 @@ pub enum PermissionEnd {
     Battery,
     /// Half an hour has passed since a person armed the robot.
     Time,
+    /// A person disarmed the robot.
+    Person,
 }
 
 /// The permission of a person to start the motors. A landing by the script keeps it.

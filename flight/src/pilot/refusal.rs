@@ -61,6 +61,7 @@ impl fmt::Display for PilotRefusal {
             PilotRefusal::Ended(PermissionEnd::Time) => {
                 "a person armed the robot more than 30 minutes ago"
             }
+            PilotRefusal::Ended(PermissionEnd::Person) => "a person disarmed the robot",
             PilotRefusal::BatteryLow { battery_mv, needed_mv } => {
                 return write!(
                     out,
