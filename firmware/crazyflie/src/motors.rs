@@ -21,7 +21,7 @@ use embassy_stm32::peripherals::{PA1, PA15, PB9, PB11, TIM2, TIM4};
 use embassy_stm32::time::hz;
 use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
 
-use crate::battery;
+use crate::{battery, watchdog};
 
 /// The PWM frequency: 84 MHz / 256.
 const FREQUENCY_HZ: u32 = 328_125;
@@ -36,6 +36,8 @@ pub type Powers = [u8; 4];
 pub struct Motors {
     tim2: SimplePwm<'static, TIM2>,
     tim4: SimplePwm<'static, TIM4>,
+    /// True while the watchdog counts in halts of the core, without which no motor turns.
+    is_guarded: bool,
 }
 
 impl Motors {
@@ -68,6 +70,7 @@ impl Motors {
                 frequency,
                 Default::default(),
             ),
+            is_guarded: false,
         };
         setpoint::MotorDriver::stop(&mut motors);
         motors.tim2.ch1().enable();
@@ -75,6 +78,24 @@ impl Motors {
         motors.tim2.ch4().enable();
         motors.tim4.ch4().enable();
         motors
+    }
+
+    /// Sets the powers. The watchdog counts in halts of the core before the first power above 0, and
+    /// rests in them after the last.
+    fn set(&mut self, powers: Powers) {
+        let turns = powers != [0; 4];
+        if turns && !self.is_guarded {
+            self.is_guarded = watchdog::count_in_halts();
+        }
+        let [m1, m2, m3, m4] = if self.is_guarded { powers } else { [0; 4] };
+        self.tim2.ch2().set_duty_cycle(m1.into());
+        self.tim2.ch4().set_duty_cycle(m2.into());
+        self.tim2.ch1().set_duty_cycle(m3.into());
+        self.tim4.ch4().set_duty_cycle(m4.into());
+        if !turns {
+            self.is_guarded = false;
+            watchdog::rest_in_halts();
+        }
     }
 }
 
@@ -85,11 +106,7 @@ impl setpoint::MotorDriver for Motors {
     /// script calls this function again, so an empty battery takes effect at the next step.
     fn apply(&mut self, powers: Powers) {
         let is_empty = battery::charge() >= Charge::Empty;
-        let [m1, m2, m3, m4] = if is_empty { [0; 4] } else { powers };
-        self.tim2.ch2().set_duty_cycle(m1.into());
-        self.tim2.ch4().set_duty_cycle(m2.into());
-        self.tim2.ch1().set_duty_cycle(m3.into());
-        self.tim4.ch4().set_duty_cycle(m4.into());
+        self.set(if is_empty { [0; 4] } else { powers });
     }
 
     fn stop(&mut self) {

@@ -5,6 +5,13 @@
 //! The watchdog counts the oscillator LSI, which runs at 17 to 47 kHz (data sheet, LSI oscillator
 //! characteristics). Its timeout is therefore between [`TIMEOUT_MIN_MS`], which must leave time to
 //! feed the watchdog, and [`TIMEOUT_MAX_MS`], for which motors may turn without control.
+//!
+//! # Debuggers
+//! A debugger that halts the core stops the program, but not the timers of the motors, which go on
+//! as they are. The watchdog therefore counts during a halt while a motor turns: it resets the robot,
+//! which ends the PWM. With all motors off it stands still, so that a person can look at a robot and
+//! let it continue (RM0090 38.16.4). [`count_in_halts`] and [`rest_in_halts`] choose; both clear the
+//! stop bits of all timers, which another firmware may have set: only power-on resets DBGMCU.
 
 use bittybuzz_runtime::liveness::CHECK_PERIOD;
 use embassy_stm32::pac;
@@ -23,8 +30,7 @@ const _: () = assert!(TIMEOUT_MAX_MS <= 500);
 /// Starts the watchdog, which only a reset stops. It needs no other clock than LSI, which it turns
 /// on itself.
 pub fn start() {
-    // The watchdog stops while a debugger stops the core (RM0090 38.16.4).
-    pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
+    rest_in_halts();
     pac::IWDG.kr().write(|w| w.set_key(Key::ENABLE));
     pac::IWDG.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
     pac::IWDG.rlr().write(|w| w.set_rl(PERIODS - 1));
@@ -34,4 +40,18 @@ pub fn start() {
 /// Feeds the watchdog: its counter restarts.
 pub fn feed() {
     pac::IWDG.kr().write(|w| w.set_key(Key::RESET));
+}
+
+/// Lets the watchdog count while a debugger halts the core. Returns true if the register shows that it
+/// does, and that no timer stops: a timer that stops may leave a motor at full power. Motors must not
+/// turn otherwise.
+#[must_use]
+pub fn count_in_halts() -> bool {
+    pac::DBGMCU.apb1fzr().write(|_| {});
+    pac::DBGMCU.apb1fzr().read().0 == 0
+}
+
+/// Lets the watchdog stand still while a debugger halts the core. Call this only with all motors off.
+pub fn rest_in_halts() {
+    pac::DBGMCU.apb1fzr().write(|w| w.set_iwdg(true));
 }

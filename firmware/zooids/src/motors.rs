@@ -23,7 +23,7 @@ use embassy_time::Instant;
 
 use crate::eyes::{self, Eyes};
 use crate::pins::MOTORS;
-use crate::sensors;
+use crate::{sensors, watchdog};
 use bittybuzz_board::log::info;
 
 /// 48 MHz / 12 = 4 MHz. A period of 100 steps then has 40 kHz.
@@ -85,11 +85,19 @@ impl Motors {
                 duties(wheels)
             }
         };
-        if inputs != self.inputs {
-            self.inputs = inputs;
-            let [left, right] = inputs;
-            set(0, left);
-            set(2, right);
+        if inputs == self.inputs {
+            return;
+        }
+        // Without the watchdog's guard a halted core would leave the motors on.
+        if turn(&inputs) && !turn(&self.inputs) && !watchdog::count_in_halts() {
+            return;
+        }
+        self.inputs = inputs;
+        let [left, right] = inputs;
+        set(0, left);
+        set(2, right);
+        if !turn(&inputs) {
+            watchdog::rest_in_halts();
         }
     }
 }
@@ -116,6 +124,11 @@ impl setpoint::MotorDriver for Motors {
             self.update();
         }
     }
+}
+
+/// Returns true if a motor has power. A brake has equal inputs.
+fn turn(inputs: &[Inputs; 2]) -> bool {
+    inputs.iter().any(|[first, second]| first != second)
 }
 
 fn duties(wheels: Wheels) -> [Inputs; 2] {

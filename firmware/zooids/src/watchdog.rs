@@ -1,4 +1,8 @@
 //! The independent watchdog, fed while all tasks live (RM0091 chapter 24).
+//!
+//! A debugger that halts the core stops the program, but not the timer of the motors. The watchdog
+//! therefore counts during a halt while a motor has power, and resets the robot. Otherwise it stands
+//! still, so that a person can look at a robot and let it continue (RM0091 32.9.4).
 
 use bittybuzz_runtime::liveness::{CHECK_PERIOD, Liveness};
 use embassy_stm32::pac;
@@ -19,14 +23,27 @@ pub type Watchdog = IndependentWatchdog<'static, IWDG>;
 /// Starts the watchdog, which only a reset stops. Call this function before anything waits, so that
 /// the robot also restarts if its crystal does not start.
 pub fn start() -> Watchdog {
-    // The watchdog stops while a debugger stops the core (RM0091 32.9.4).
     pac::RCC.apb2enr().modify(|w| w.set_dbgmcuen(true));
-    pac::DBGMCU.apb1_fz().modify(|w| w.set_iwdg(true));
+    rest_in_halts();
     // SAFETY: the peripheral from `embassy_stm32::init` is not used, because `init` waits for the
     // crystal first.
     let mut watchdog = IndependentWatchdog::new(unsafe { IWDG::steal() }, TIMEOUT_US);
     watchdog.unleash();
     watchdog
+}
+
+/// Lets the watchdog count while a debugger halts the core. Returns true if the register shows that it
+/// does, and that no timer stops. Motors must have no power otherwise.
+#[must_use]
+pub fn count_in_halts() -> bool {
+    pac::DBGMCU.apb1_fz().write(|_| {});
+    pac::DBGMCU.apb1_fz().read().0 == 0
+}
+
+/// Lets the watchdog stand still while a debugger halts the core. Call this only while the motors have
+/// no power.
+pub fn rest_in_halts() {
+    pac::DBGMCU.apb1_fz().write(|w| w.set_iwdg(true));
 }
 
 /// Runs the task that feeds the watchdog.

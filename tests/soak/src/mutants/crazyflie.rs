@@ -140,9 +140,16 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "watchdog-while-halted",
         file: WATCHDOG,
-        find: "    pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));\n",
+        find: "    pac::DBGMCU.apb1fzr().write(|w| w.set_iwdg(true));\n",
         put: "",
         breaks: "a robot whose core a debugger halts is reset and locked",
+    },
+    Mutant {
+        name: "motors-while-halted",
+        file: WATCHDOG,
+        find: "    pac::DBGMCU.apb1fzr().write(|_| {});\n    pac::DBGMCU.apb1fzr().read().0 == 0\n",
+        put: "    true\n",
+        breaks: "the motors of a robot whose core a debugger halts turn on",
     },
     Mutant {
         name: "log-without-room",

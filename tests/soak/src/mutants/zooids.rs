@@ -71,9 +71,16 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "watchdog-while-halted",
         file: "firmware/zooids/src/watchdog.rs",
-        find: "    pac::DBGMCU.apb1_fz().modify(|w| w.set_iwdg(true));\n",
+        find: "    pac::DBGMCU.apb1_fz().write(|w| w.set_iwdg(true));\n",
         put: "",
         breaks: "a robot whose core a debugger halts is reset and locked",
+    },
+    Mutant {
+        name: "motors-while-halted",
+        file: "firmware/zooids/src/watchdog.rs",
+        find: "    pac::DBGMCU.apb1_fz().write(|_| {});\n    pac::DBGMCU.apb1_fz().read().0 == 0\n",
+        put: "    true\n",
+        breaks: "the wheels of a robot whose core a debugger halts turn on",
     },
     Mutant {
         name: "power-cut",
