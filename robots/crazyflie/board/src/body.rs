@@ -4,7 +4,7 @@ use bittybuzz_chips::{BodyMotion, ExternalPose, Time};
 use bittybuzz_crazyflie_physics::sensors::{
     Barometer, Imu, ImuCounts, ImuSettings, MotionCapture, MotionCaptureSettings,
 };
-use bittybuzz_crazyflie_physics::{Airframe, Drone, DroneSurroundings};
+use bittybuzz_crazyflie_physics::{Airframe, Drone, DroneSurroundings, PowerSource};
 
 /// Time of a step of the physics.
 const STEP: Time = Time::from_millis(1);
@@ -99,6 +99,11 @@ impl FlightBody {
                 has_crashed: self.drone.has_crashed(),
             }),
         }
+    }
+
+    /// Gives the motors this voltage in V from now on, whatever they take.
+    pub(crate) fn set_battery_volts(&mut self, volts: f64) {
+        self.drone.set_power(PowerSource::Constant { volts });
     }
 
     /// Returns the voltage of the battery in V.

@@ -82,7 +82,7 @@ impl Buses {
 
     /// Sets the motion that the inertial sensors measure from now on, in counts of their largest ranges.
     pub fn set_motion(&mut self, rate_counts: [i16; 3], force_counts: [i16; 3], now: Time) {
-        self.imu.set_motion(rate_counts, force_counts, now);
+        self.imu.sample_motion(rate_counts, force_counts, now);
     }
 
     /// Sets the pressure that the barometer measures from now on, in Pa.

@@ -367,9 +367,12 @@ impl CrazyflieBoard {
         self.reset_request = Some(cause);
     }
 
-    /// Sets the state of the battery from now on.
+    /// Sets the state of the battery from now on. The motors of a body get this voltage.
     pub fn set_battery(&mut self, battery: Battery) {
         self.nrf51.set_battery(battery);
+        if let Some(body) = &mut self.body {
+            body.set_battery_volts(battery.volts.into());
+        }
     }
 
     /// Presses the power button: the radio's processor asks the firmware to shut down, and cuts the

@@ -150,6 +150,13 @@ impl Accelerometer {
         }
     }
 
+    /// Takes a sample between two of its own, if the sensor measures.
+    pub(super) fn sample_now(&mut self) {
+        if self.clock.is_some() {
+            self.sample();
+        }
+    }
+
     fn sample(&mut self) {
         self.registers[usize::from(STATUS)] |= DATA_READY;
         self.registers[usize::from(INT_STAT_1)] |= DATA_READY;

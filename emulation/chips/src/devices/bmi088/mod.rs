@@ -117,6 +117,17 @@ impl Bmi088 {
         self.accelerometer.force_counts = force_counts;
     }
 
+    /// Sets the present motion as [`Self::set_motion`] does, and lets the accelerometer take a sample of it
+    /// at once.
+    ///
+    /// The physics of a body gives one value per millisecond, with the vibration of that moment. The
+    /// sensor's own 1,600 samples per second would repeat some values and leave others out, and fold
+    /// a vibration of 400 Hz to 0 Hz.
+    pub fn sample_motion(&mut self, rate_counts: [i16; 3], force_counts: [i16; 3], now: Time) {
+        self.set_motion(rate_counts, force_counts, now);
+        self.accelerometer.sample_now();
+    }
+
     /// Sets the chip's temperature in °C.
     pub fn set_temperature_c(&mut self, temperature_c: f64, now: Time) {
         self.advance(now);

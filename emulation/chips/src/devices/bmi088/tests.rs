@@ -160,6 +160,18 @@ fn both_bytes_of_an_axis_belong_together() {
     assert_eq!(bus.registers(GYROSCOPE, 0x03), [0x11]);
 }
 
+/// At any phase of the sensor's own samples.
+#[test]
+fn a_sampled_motion_shows_at_once() {
+    let mut bus = bus(Bmi088Settings::default());
+    start(&mut bus);
+    for counts in 1..=10 {
+        bus.device.borrow_mut().sample_motion([0; 3], [counts; 3], bus.now.get());
+        assert_eq!(accel(&mut bus), [counts; 3]);
+        bus.wait(Time::from_micros(130));
+    }
+}
+
 #[test]
 fn ranges_change_the_counts_and_saturate() {
     let mut bus = bus(Bmi088Settings::default());
