@@ -1,13 +1,14 @@
 //! The robot functions that scripts call. Each has an entry in `robots/crazyflie/robot.toml` and an
 //! arm here.
 
+use bittybuzz_flight::pilot::{PilotAnswer, PilotFunction};
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
 use bittybuzz_runtime::mail::MailQueues;
 use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped};
 use bittybuzz_runtime::setpoint::SetpointWriter;
 use bittybuzz_vm_core::number::{Profile, Rng};
 use bittybuzz_vm_core::{
-    Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Value,
+    Argument, Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Type, Value,
 };
 use embassy_time::Instant;
 
@@ -15,6 +16,7 @@ use crate::clock;
 use crate::leds::{Color, ScriptLeds, Status, StatusChannel};
 use crate::link::{self, swarm::MAIL};
 use crate::motors::{POWER_MAX, Powers};
+use crate::pilot::{self, ScriptPilot};
 use crate::robot::{self, Numbers, function};
 use crate::section::Section;
 use bittybuzz_board::log;
@@ -26,6 +28,7 @@ const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 pub struct Crazyflie {
     leds: ScriptLeds,
     setpoint: SetpointWriter<Powers>,
+    pilot: ScriptPilot,
     status: &'static StatusChannel,
     rng: Rng,
     stopwatch: Option<Instant>,
@@ -43,7 +46,8 @@ impl Crazyflie {
         robot_id: u16,
     ) -> Self {
         let rng = Rng::new(0, robot_id);
-        Crazyflie { leds, setpoint, status, rng, stopwatch: None, reported_at: 0 }
+        let pilot = ScriptPilot::new();
+        Crazyflie { leds, setpoint, pilot, status, rng, stopwatch: None, reported_at: 0 }
     }
 
     /// Executes `led(color)` and `led(color, on)`.
@@ -66,6 +70,33 @@ impl Crazyflie {
         nothing()
     }
 
+    /// Executes a flight function.
+    fn fly<C: ByteCode, const N: usize>(
+        &mut self,
+        function: PilotFunction,
+        arguments: &CallArguments<'_, Numbers, C, N>,
+        again: bool,
+    ) -> Result {
+        let mut numbers = [0.0; NUMBERS_MAX];
+        let numbers = numbers.get_mut(..arguments.count());
+        let numbers = numbers.ok_or(RobotFault::Refused(Refusal::ArgumentCount))?;
+        for (index, place) in numbers.iter_mut().enumerate() {
+            *place = number(arguments, index)?;
+        }
+        let is_there = match self.pilot.call(function, numbers, again) {
+            PilotAnswer::Waiting => return Ok(Reply::Wait),
+            PilotAnswer::OutOfRange => return Err(RobotFault::Refused(Refusal::OutOfRange)),
+            PilotAnswer::Done(is_there) => is_there,
+            PilotAnswer::Refused { reason, is_new } => {
+                if is_new {
+                    pilot::report(function, reason);
+                }
+                false
+            }
+        };
+        if function.has_value() { Ok(Reply::Value(Value::int(is_there.into()))) } else { nothing() }
+    }
+
     /// Executes `set_motor(motor, power)`.
     fn set_motor<C: ByteCode, const N: usize>(
         &mut self,
@@ -83,6 +114,39 @@ impl Crazyflie {
     }
 }
 
+/// The most arguments of a flight function.
+const NUMBERS_MAX: usize = 3;
+
+/// Returns the flight function of this number.
+fn flight_function(function: u16) -> Option<PilotFunction> {
+    Some(match function {
+        function::TAKEOFF => PilotFunction::TakeOff,
+        function::LAND => PilotFunction::Land,
+        function::HOVER => PilotFunction::Hover,
+        function::SPIN => PilotFunction::Spin,
+        function::GO_TO => PilotFunction::GoTo,
+        function::GOTO => PilotFunction::Approach,
+        function::MOVE_TOWARD => PilotFunction::MoveToward,
+        function::FORWARD => PilotFunction::Forward,
+        function::LEFT => PilotFunction::Left,
+        function::RIGHT => PilotFunction::Right,
+        _ => return None,
+    })
+}
+
+/// Returns argument `index` as a number.
+fn number<C: ByteCode, const N: usize>(
+    arguments: &CallArguments<'_, Numbers, C, N>,
+    index: usize,
+) -> core::result::Result<f32, RobotFault> {
+    match arguments.item(index) {
+        Argument::Int(value) => Ok(value as f32),
+        Argument::Float(value) => Ok(value),
+        Argument::Nil => Err(RobotFault::WrongType(Type::Nil)),
+        _ => Err(RobotFault::WrongType(arguments.value(index).type_of())),
+    }
+}
+
 impl RobotHost<Numbers> for Crazyflie {
     const ON_FAULT_STOPS: bool = robot::ON_FAULT_STOPS;
     const PERIODS: Periods = robot::PERIODS;
@@ -91,7 +155,7 @@ impl RobotHost<Numbers> for Crazyflie {
         &mut self,
         function: u16,
         arguments: CallArguments<'_, Numbers, C, SLOTS>,
-        _again: bool,
+        again: bool,
         console: &mut Console<'_>,
     ) -> Result {
         match function {
@@ -127,9 +191,11 @@ impl RobotHost<Numbers> for Crazyflie {
                 self.stopwatch = Some(Instant::now());
                 nothing()
             }
-            // The functions of flight and ranging decks are known to the compiler, but not to this
-            // firmware yet.
-            _ => Err(RobotFault::Refused(Refusal::NotBuiltIn)),
+            // The functions of ranging decks are known to the compiler, but not to this firmware yet.
+            _ => match flight_function(function) {
+                Some(flight) => self.fly(flight, &arguments, again),
+                None => Err(RobotFault::Refused(Refusal::NotBuiltIn)),
+            },
         }
     }
 
@@ -151,6 +217,7 @@ impl RobotHost<Numbers> for Crazyflie {
 
     fn renew(&mut self, counts: Counts) {
         self.setpoint.renew();
+        self.pilot.renew();
         if counts.steps.wrapping_sub(self.reported_at) >= STATUS_STEPS {
             self.reported_at = counts.steps;
             log::info!(
@@ -169,12 +236,18 @@ impl RobotHost<Numbers> for Crazyflie {
 
     fn stop(&mut self, reason: ScriptStopped) {
         self.setpoint.stop();
+        match reason {
+            ScriptStopped::Fault(_) => self.pilot.set_script_fault(true),
+            // A robot that still flies lands for want of a set-point.
+            ScriptStopped::Ended | ScriptStopped::Refused => self.pilot.leave(),
+        }
         self.status.signal(reason.into());
     }
 
     fn restart(&mut self) {
         self.leds.show(0);
         self.stopwatch = None;
+        self.pilot.set_script_fault(false);
         self.status.signal(Status::Well);
     }
 }

@@ -13,15 +13,17 @@
 //! | [`link::swarm`] | sends swarm messages to all other robots |
 //! | [`battery::watch_battery`] | warns of an empty battery, stops the motors, switches off |
 //! | [`leds::show_status`] | drives the two LEDs of the firmware |
-//! | [`flight::report`] | writes the log of the task that reads the sensors |
+//! | [`flight::report`] | writes the log of the flight task |
+//! | [`flight::pilot_desk`] | makes the plans that the flight task needs |
 //! | [`feed_watchdog`] | feeds the watchdog while all tasks live that it observes |
 //!
-//! One task runs above these, in the [`flight`] executor: it reads gyroscope and accelerometer 1,000
-//! times per second.
+//! One task runs above these, in the [`flight`] executor: 1,000 times per second it reads gyroscope and
+//! accelerometer, estimates the state of the robot, and drives the motors.
 //!
-//! # Not implemented yet
-//! The firmware does not fly: nothing uses the samples of the sensors, and the motors get at most
-//! 30 % of full power. The robot's position comes from a ground station.
+//! # Flight
+//! The script's functions command the [`pilot`], which needs the permission of a person. The robot's
+//! position comes from a ground station. `set_motor` turns single motors on the ground, with at most
+//! 30 % of full power.
 
 #![no_std]
 #![no_main]
@@ -39,6 +41,7 @@ mod id;
 mod leds;
 mod link;
 mod motors;
+mod pilot;
 mod section;
 mod watchdog;
 
@@ -51,7 +54,7 @@ mod robot {
 use bittybuzz_board::log;
 use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
 use bittybuzz_runtime::id::Id;
-use bittybuzz_runtime::liveness::{BEAT, CHECK_PERIOD, Liveness, Pulse};
+use bittybuzz_runtime::liveness::{CHECK_PERIOD, Liveness, Pulse};
 use bittybuzz_runtime::script;
 use bittybuzz_runtime::setpoint::{self, SetpointWriter};
 use bittybuzz_vm_core::{ByteCode, Image, Part, Vm};
@@ -66,7 +69,7 @@ use flight::data_ready::DataReady;
 use functions::Crazyflie;
 use leds::{ScriptLeds, Status, StatusChannel, StatusLeds};
 use link::uart::Interrupts;
-use motors::{Motors, Powers};
+use motors::{GroundMotors, Powers};
 use robot::Numbers;
 
 bind_interrupts!(struct Irqs {
@@ -122,8 +125,10 @@ async fn main(spawner: Spawner) {
     let p = embassy_stm32::init(config);
 
     let board = board::check();
-    let motors = || Motors::new(p.TIM2, p.TIM4, p.PA1, p.PB11, p.PA15, p.PB9);
-    let motors = board.is_ok().then(motors);
+    if board.is_ok() {
+        let pins = motors::Pins { m1: p.PA1, m2: p.PB11, m3: p.PA15, m4: p.PB9 };
+        motors::set_up(p.TIM2, p.TIM4, pins);
+    }
     let script_leds = ScriptLeds::new(p.PC0, p.PC1, p.PD2);
     let status_leds = StatusLeds::new(p.PC2, p.PC3);
     let (receiver, sender) = link::uart::open(p.USART6, p.PC6, p.PC7, p.PA4, Irqs);
@@ -133,7 +138,7 @@ async fn main(spawner: Spawner) {
     let id = id::find();
     let robot_id = id.number();
     log::info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);
-    log::info!("this firmware does not fly: motors get at most {=u8} of 255", motors::POWER_MAX);
+    log::info!("set_motor gives motors at most {=u8} of 255", motors::POWER_MAX);
     match id {
         Id::Assigned(id) => log::info!("robot id {=u16}", id),
         Id::OfChip(id) => log::warning!(
@@ -162,7 +167,7 @@ async fn main(spawner: Spawner) {
     let may_run = failure.is_none() && board.is_ok();
     // Each task is spawned once, so a place for it is free.
     spawner.spawn(defmt::unwrap!(run_script(script, may_run)));
-    spawner.spawn(defmt::unwrap!(drive_motors(motors, pulse(Task::Motors))));
+    spawner.spawn(defmt::unwrap!(drive_motors(pulse(Task::Motors))));
     spawner.spawn(defmt::unwrap!(link::receive::receive_frames(
         receiver,
         robot_id,
@@ -173,6 +178,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(defmt::unwrap!(battery::watch_battery(pulse(Task::Battery))));
     spawner.spawn(defmt::unwrap!(leds::show_status(&STATUS, status_leds, pulse(Task::Leds))));
     spawner.spawn(defmt::unwrap!(flight::report::write_reports()));
+    spawner.spawn(defmt::unwrap!(flight::pilot_desk::make_plans()));
     spawner.spawn(defmt::unwrap!(feed_watchdog()));
     flight::start(bus, data_ready, pulse(Task::Sensors), Irqs);
 }
@@ -190,14 +196,8 @@ async fn run_script(script: &'static mut ScriptTask, may_run: bool) -> ! {
 }
 
 #[embassy_executor::task]
-async fn drive_motors(motors: Option<Motors>, pulse: Pulse) -> ! {
-    match motors {
-        Some(mut motors) => setpoint::drive(&SETPOINTS, &mut motors, pulse).await,
-        None => loop {
-            pulse.beat();
-            Timer::after(BEAT).await;
-        },
-    }
+async fn drive_motors(pulse: Pulse) -> ! {
+    setpoint::drive(&SETPOINTS, &mut GroundMotors, pulse).await
 }
 
 #[embassy_executor::task]

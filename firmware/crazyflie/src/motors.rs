@@ -9,9 +9,16 @@
 //!
 //! Both timers run at 84 MHz, and a period is 256 cycles (crazyflie-firmware, motors.h and
 //! motors_def.c).
+//!
+//! The flight controller has the motors from the moment at which its supervisor permits them to its end
+//! ([`fly`]). A script sets powers at other times only ([`GroundMotors`]).
 
+use core::cell::RefCell;
+
+use bittybuzz_flight::MotorDuties;
+use bittybuzz_flight::motor::DutySteps;
 use bittybuzz_runtime::battery::Charge;
-use bittybuzz_runtime::setpoint;
+use bittybuzz_runtime::setpoint::MotorDriver;
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::OutputType;
 use embassy_stm32::pac;
@@ -20,6 +27,8 @@ use embassy_stm32::pac::gpio::vals::Moder;
 use embassy_stm32::peripherals::{PA1, PA15, PB9, PB11, TIM2, TIM4};
 use embassy_stm32::time::hz;
 use embassy_stm32::timer::simple_pwm::{PwmPin, SimplePwm};
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 
 use crate::{battery, watchdog};
 
@@ -32,24 +41,47 @@ pub const POWER_MAX: u8 = 76;
 /// The power of each motor, in 256ths.
 pub type Powers = [u8; 4];
 
+/// The motors, once they are set up. A lock lasts for some register accesses, 1 µs.
+static MOTORS: Mutex<CriticalSectionRawMutex, RefCell<Option<Motors>>> =
+    Mutex::new(RefCell::new(None));
+
 /// The motors' timers.
-pub struct Motors {
+struct Motors {
     tim2: SimplePwm<'static, TIM2>,
     tim4: SimplePwm<'static, TIM4>,
     /// True while the watchdog counts in halts of the core, without which no motor turns.
     is_guarded: bool,
+    /// True while the flight controller has the motors.
+    are_in_flight: bool,
+    steps: DutySteps,
+}
+
+/// The pins of motors 1 to 4.
+pub struct Pins {
+    pub m1: Peri<'static, PA1>,
+    pub m2: Peri<'static, PB11>,
+    pub m3: Peri<'static, PA15>,
+    pub m4: Peri<'static, PB9>,
+}
+
+/// Sets the motors up, with all powers 0. Before this call no motor turns.
+pub fn set_up(tim2: Peri<'static, TIM2>, tim4: Peri<'static, TIM4>, pins: Pins) {
+    let motors = Motors::new(tim2, tim4, pins);
+    MOTORS.lock(|cell| *cell.borrow_mut() = Some(motors));
+}
+
+/// Sets the duties of a flight, or ends the flight with `None`: only then a script can set powers.
+pub fn fly(duties: Option<&MotorDuties>) {
+    MOTORS.lock(|cell| {
+        if let Some(motors) = cell.borrow_mut().as_mut() {
+            motors.fly(duties);
+        }
+    });
 }
 
 impl Motors {
-    /// Takes the pins and sets all powers to 0.
-    pub fn new(
-        tim2: Peri<'static, TIM2>,
-        tim4: Peri<'static, TIM4>,
-        m1: Peri<'static, PA1>,
-        m2: Peri<'static, PB11>,
-        m3: Peri<'static, PA15>,
-        m4: Peri<'static, PB9>,
-    ) -> Self {
+    fn new(tim2: Peri<'static, TIM2>, tim4: Peri<'static, TIM4>, pins: Pins) -> Self {
+        let Pins { m1, m2, m3, m4 } = pins;
         let frequency = hz(FREQUENCY_HZ);
         let mut motors = Motors {
             tim2: SimplePwm::new(
@@ -71,8 +103,10 @@ impl Motors {
                 Default::default(),
             ),
             is_guarded: false,
+            are_in_flight: false,
+            steps: DutySteps::default(),
         };
-        setpoint::MotorDriver::stop(&mut motors);
+        motors.set([0; 4]);
         motors.tim2.ch1().enable();
         motors.tim2.ch2().enable();
         motors.tim2.ch4().enable();
@@ -97,16 +131,41 @@ impl Motors {
             watchdog::rest_in_halts();
         }
     }
+
+    fn fly(&mut self, duties: Option<&MotorDuties>) {
+        match duties {
+            Some(duties) => {
+                self.are_in_flight = true;
+                let powers = self.steps.of_256(duties);
+                self.set(powers);
+            }
+            None if self.are_in_flight => {
+                self.are_in_flight = false;
+                self.steps = DutySteps::default();
+                self.set([0; 4]);
+            }
+            None => {}
+        }
+    }
 }
 
-impl setpoint::MotorDriver for Motors {
+/// The motors as a script sets them: on the ground.
+pub struct GroundMotors;
+
+impl MotorDriver for GroundMotors {
     type Setpoint = Powers;
 
-    /// Sets the powers, or stops the motors if the battery is empty. Each completed step of the
-    /// script calls this function again, so an empty battery takes effect at the next step.
+    /// Sets the powers unless the robot flies, or stops the motors if the battery is empty. Each
+    /// completed step of the script calls this function again, so an empty battery takes effect at
+    /// the next step.
     fn apply(&mut self, powers: Powers) {
         let is_empty = battery::charge() >= Charge::Empty;
-        self.set(if is_empty { [0; 4] } else { powers });
+        MOTORS.lock(|cell| {
+            if let Some(motors) = cell.borrow_mut().as_mut().filter(|motors| !motors.are_in_flight)
+            {
+                motors.set(if is_empty { [0; 4] } else { powers });
+            }
+        });
     }
 
     fn stop(&mut self) {

@@ -182,14 +182,14 @@ fn after_a_failure_the_robot_is_locked_and_reports_it() {
     assert!(motors(&robot.events).iter().all(|duty| *duty > 0.05));
 }
 
-/// The start tells that the image does not fly.
+/// The distances of a Multi-ranger are functions that this image does not have.
 #[test]
 fn the_start_reports_what_the_firmware_cannot_do() {
-    let script = bittybuzz_hil::ScriptFile::new("start", "function step() { takeoff(500) }");
+    let script = bittybuzz_hil::ScriptFile::new("start", "function step() { get_front() }");
     let trace = trace(Core::Unicorn, script.path(), 0.3);
     let said: Vec<&str> = trace.of("firmware").map(|line| text(&line["text"])).collect();
-    assert!(said.iter().any(|line| line.contains("does not fly")), "{said:?}");
+    assert!(said.iter().any(|line| line.contains("at most 76 of 255")), "{said:?}");
     assert!(said.iter().any(|line| line.contains("not tried on hardware")), "{said:?}");
-    let fault = trace.of("fault").next().expect("takeoff is refused");
-    assert_eq!(text(&fault["message"]), "`takeoff` is not built into this firmware");
+    let fault = trace.of("fault").next().expect("get_front is refused");
+    assert_eq!(text(&fault["message"]), "`get_front` is not built into this firmware");
 }

@@ -14,6 +14,7 @@ mod debugger;
 mod ear;
 mod failures;
 mod figures;
+mod flight;
 mod forged;
 mod kilobot_board;
 mod kilobot_brown_out;

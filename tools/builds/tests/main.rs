@@ -4,6 +4,7 @@
 
 mod documented;
 mod floors;
+mod levels;
 mod licenses;
 mod locked;
 mod names;

@@ -6,14 +6,18 @@
 //! others (see [`crate::critical`]).
 //!
 //! * [`sensors`] reads gyroscope and accelerometer at each data-ready pulse.
+//! * [`control`] estimates, controls and drives the motors after each sample.
+//! * [`pilot_desk`] hands commands and plans of the thread executor over.
 //! * [`data_ready`] is the event of that pulse.
 //! * [`state`] holds the last sample and the counters, for tasks of both executors.
 //! * [`report`] writes to the log for the tasks here: they interrupt those that write to it, and the
 //!   log checks its room before it writes, so they must not do it themselves.
 //!
-//! **Not tried on hardware.** Nothing here drives a motor yet.
+//! **Not tried on hardware.**
 
+mod control;
 pub mod data_ready;
+pub mod pilot_desk;
 pub mod report;
 mod sensors;
 mod state;
@@ -23,8 +27,13 @@ use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::typelevel::{Binding, Handler, Interrupt, UART5};
 
 use crate::bus::I2c3;
+use bittybuzz_flight::FlightState;
+use bittybuzz_flight::pilot::PilotSettings;
+use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_runtime::liveness::Pulse;
+use control::Controller;
 use data_ready::DataReady;
+use static_cell::StaticCell;
 
 /// The interrupt of the executor, that of an unused peripheral.
 pub const INTERRUPT: interrupt::Interrupt = UART5::IRQ;
@@ -49,6 +58,16 @@ pub fn start(
     pulse: Pulse,
     _irq: impl Binding<UART5, Interrupts>,
 ) {
+    static STACK: StaticCell<FlightStack> = StaticCell::new();
+    static COPY: StaticCell<FlightStack> = StaticCell::new();
+    let settings = StackSettings {
+        limits: PilotSettings::CRAZYFLIE.limits,
+        ..StackSettings::CRAZYFLIE_2_1_PLUS
+    };
+    // A robot that stands elsewhere adopts the place of its poses.
+    let stack = || FlightStack::new(settings, &FlightState::default());
+    let controller = Controller::new(STACK.init_with(stack));
+    pilot_desk::lend(COPY.init_with(stack));
     let spawner = EXECUTOR.start(INTERRUPT);
-    spawner.spawn(defmt::unwrap!(sensors::read_sensors(bus, data_ready, pulse)));
+    spawner.spawn(defmt::unwrap!(sensors::read_sensors(bus, data_ready, controller, pulse)));
 }

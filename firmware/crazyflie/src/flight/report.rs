@@ -135,6 +135,16 @@ fn write_status() {
         counters.slowest_us,
         state::wake_ups()
     );
+    if let Some(deadlines) = state::deadlines() {
+        log::info!(
+            "{=u32} samples flown in {=u32} to {=u32} us, {=u32} over 700 us, {=u32} over 950 us",
+            deadlines.samples,
+            deadlines.fastest_us,
+            deadlines.slowest_us,
+            deadlines.unusual,
+            deadlines.late
+        );
+    }
     if let Some(sample) = state::last_sample() {
         let [p, q, r] = sample.rate.rad_per_s;
         let [x, y, z] = sample.acceleration.m_per_s2;

@@ -1,10 +1,11 @@
-//! The task that reads the inertial sensors: 1,000 samples per second.
+//! The task that reads the inertial sensors and flies: 1,000 samples per second.
 
 use bittybuzz_bmi088::{Accelerometer, Address, DataReady as DataReadyPin, Gyroscope};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal_async::delay::DelayNs;
 
+use super::control::Controller;
 use super::data_ready::DataReady;
 use super::report::{Event, Fault, Sensor, StartFault, report};
 use super::state::{self, Counters, Sample};
@@ -49,7 +50,12 @@ impl DelayNs for BeatingDelay {
 
 /// Runs the task: starts the sensors, and reads them until they fail.
 #[embassy_executor::task]
-pub async fn read_sensors(mut bus: I2c3, mut data_ready: DataReady, pulse: Pulse) -> ! {
+pub async fn read_sensors(
+    mut bus: I2c3,
+    mut data_ready: DataReady,
+    mut controller: Controller,
+    pulse: Pulse,
+) -> ! {
     let mut delay = BeatingDelay(pulse);
     let mut counters = Counters::default();
     let mut reported = None;
@@ -60,7 +66,10 @@ pub async fn read_sensors(mut bus: I2c3, mut data_ready: DataReady, pulse: Pulse
                 report(Event::Started);
                 reported = None;
                 let before = counters.samples;
-                let fault = sample(&mut bus, &imu, &mut data_ready, pulse, &mut counters).await;
+                let flight = &mut controller;
+                let fault =
+                    sample(&mut bus, &imu, &mut data_ready, flight, pulse, &mut counters).await;
+                controller.stop();
                 report(Event::Stopped(fault));
                 // The chips may only have lost their configuration.
                 if counters.samples != before {
@@ -98,6 +107,7 @@ async fn sample(
     bus: &mut I2c3,
     imu: &Imu,
     data_ready: &mut DataReady,
+    controller: &mut Controller,
     pulse: Pulse,
     counters: &mut Counters,
 ) -> Fault {
@@ -123,6 +133,7 @@ async fn sample(
                 counters.slowest_us = counters.slowest_us.max(us);
                 counters.samples += 1;
                 state::publish(sample);
+                controller.step(&sample);
                 // The bus was not free before this sample.
                 (bus.resets() != resets).then_some(Fault::BusHeld)
             }
@@ -134,6 +145,7 @@ async fn sample(
         match fault {
             None | Some(Fault::BusHeld) => failed = 0,
             Some(fault) => {
+                controller.miss();
                 counters.failed += 1;
                 failed += 1;
                 if failed == FAILED_MAX {

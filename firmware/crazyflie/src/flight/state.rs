@@ -8,6 +8,8 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::Instant;
 
+use super::control::{LIMIT_US, USUAL_US};
+
 /// A sample of both inertial sensors. The axes of the chip are those of the body: x ahead, y to the
 /// left, z up (crazyflie-firmware, platform_defaults.h: the angles of the IMU are 0).
 #[derive(Clone, Copy)]
@@ -35,6 +37,33 @@ pub struct Counters {
     pub slowest_us: u32,
 }
 
+/// The times from data-ready pulses to the compare registers of the motors, in flight since the start.
+#[derive(Clone, Copy, Default)]
+pub struct Deadlines {
+    /// The number of samples.
+    pub samples: u32,
+    pub fastest_us: u32,
+    pub slowest_us: u32,
+    /// Samples that took longer than [`USUAL_US`].
+    pub unusual: u32,
+    /// Samples that took longer than [`LIMIT_US`].
+    pub late: u32,
+}
+
+impl Deadlines {
+    /// Notes the time of a sample in µs.
+    pub(super) fn note(&mut self, us: u32) {
+        let is_first = self.samples == 0;
+        self.fastest_us = if is_first { us } else { self.fastest_us.min(us) };
+        self.slowest_us = self.slowest_us.max(us);
+        self.samples = self.samples.wrapping_add(1);
+        self.unusual += u32::from(us > USUAL_US);
+        self.late += u32::from(us > LIMIT_US);
+    }
+}
+
+static DEADLINES: Mutex<CriticalSectionRawMutex, Cell<Option<Deadlines>>> =
+    Mutex::new(Cell::new(None));
 static LAST: Mutex<CriticalSectionRawMutex, Cell<Option<Sample>>> = Mutex::new(Cell::new(None));
 static COUNTERS: Mutex<CriticalSectionRawMutex, Cell<Counters>> =
     Mutex::new(Cell::new(Counters { samples: 0, late: 0, missed: 0, failed: 0, slowest_us: 0 }));
@@ -48,6 +77,15 @@ pub fn last_sample() -> Option<Sample> {
 /// Returns the counters.
 pub fn counters() -> Counters {
     COUNTERS.lock(Cell::get)
+}
+
+/// Returns the times from pulses to the motors, once the robot has flown.
+pub fn deadlines() -> Option<Deadlines> {
+    DEADLINES.lock(Cell::get)
+}
+
+pub(super) fn set_deadlines(deadlines: Deadlines) {
+    DEADLINES.lock(|cell| cell.set(Some(deadlines)));
 }
 
 /// Returns the number of times that the flight executor ran.

@@ -13,6 +13,7 @@
 //! * [`send`] writes frames, one at a time. The nRF51 has flow control for its UART but not for the
 //!   queue after it, so the task waits until the nRF51 has read the previous frame.
 //! * [`swarm`] carries the script's messages over P2P broadcasts.
+//! * [`supervisor_port`] reads the commands of a person: arm, disarm, stop.
 //! * [`setup`] sets the radio up, and repeats this when the nRF51 has restarted and lost its
 //!   settings.
 //!
@@ -22,12 +23,16 @@
 pub mod receive;
 pub mod send;
 mod setup;
+mod supervisor_port;
 pub mod swarm;
 pub mod uart;
 
 use core::sync::atomic::{AtomicBool, AtomicI16, AtomicU16, AtomicU32, Ordering};
 
+use bittybuzz_comms::syslink::ExternalPose;
 use bittybuzz_runtime::pose::LatestPose;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
 
 /// The state of the link, which other tasks read.
 pub struct LinkState {
@@ -55,6 +60,9 @@ pub struct LinkState {
 
 /// The robot's pose from a positioning system, sent by the ground station.
 pub static POSE: LatestPose = LatestPose::new();
+
+/// The latest pose for the flight controller, which takes each pose once.
+pub static FLIGHT_POSE: Signal<CriticalSectionRawMutex, ExternalPose> = Signal::new();
 
 /// The state of the only link.
 pub static STATE: LinkState = LinkState {

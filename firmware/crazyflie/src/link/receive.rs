@@ -11,7 +11,7 @@ use super::send::send;
 use super::setup::RadioSetup;
 use super::swarm::SwarmReceiver;
 use super::uart::Receiver;
-use super::{POSE, STATE};
+use super::{FLIGHT_POSE, POSE, STATE, supervisor_port};
 use crate::motors;
 
 /// Runs the receiving task.
@@ -45,8 +45,9 @@ fn act(packet: &SyslinkPacket<'_>, swarm_receiver: &mut SwarmReceiver) {
             Some(Crtp::Echo) => send(packet),
             Some(Crtp::ExternalPose(pose)) => {
                 POSE.set(Pose::new(pose.position_m, pose.quaternion));
+                FLIGHT_POSE.signal(pose);
             }
-            _ => {}
+            _ => supervisor_port::process(data),
         },
         SyslinkPacket::Rssi(dbm) => STATE.rssi.store(*dbm, Ordering::Relaxed),
         SyslinkPacket::P2pReceived { port, rssi, data } => {

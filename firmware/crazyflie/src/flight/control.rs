@@ -1,0 +1,165 @@
+//! The flight task: from a sample of the inertial sensors to the compare registers of the motors.
+//!
+//! # Each millisecond
+//! | from the pulse | work |
+//! |---|---|
+//! | 0 to 430 µs | both sensors are read ([`super::sensors`]) |
+//! | then | estimate, supervise and control: [`Controller::step`] to the compare registers |
+//! | then | one pose, the commands of the pilot, a copy for it |
+//!
+//! Work after the motors are set delays no sample as long as it ends before the next pulse, and one
+//! that it does delay is late by the excess only. Plans are not made here ([`super::pilot_desk`]).
+//!
+//! # Deadlines
+//! The times from data-ready pulses to the compare registers in flight are counted in [`Deadlines`],
+//! which the log shows.
+
+use core::sync::atomic::Ordering;
+
+use bittybuzz_flight::ekf::PoseMeasurement;
+use bittybuzz_flight::stack::FlightStack;
+use bittybuzz_flight::supervisor::SupervisorStage;
+use bittybuzz_flight::{ImuSample, Quat, Vec3};
+use embassy_time::{Duration, Instant};
+
+use super::pilot_desk;
+use super::state::{self, Deadlines, Sample};
+use crate::{link, motors};
+
+/// The duration of a tick of the flight controller.
+const TICK_US: u64 = 1_000;
+/// The most ticks between two samples. The flight controller gives the sensors up after 5 ms without
+/// one.
+const TICKS_MAX: u64 = 10;
+/// Samples between two copies for the pilot.
+const COPY_SAMPLES: u32 = 10;
+
+/// The time in µs from a data-ready pulse to the compare registers within which nearly all samples, and
+/// all samples, have to be used.
+pub const USUAL_US: u32 = 700;
+pub const LIMIT_US: u32 = 950;
+
+/// The accuracy of poses from a positioning system with cameras: Crazyswarm sets 1 mm
+/// (crazyflies.yaml).
+const POSE_SIGMA_M: f32 = 0.001;
+const POSE_SIGMA_RAD: f32 = 0.005;
+/// The assumed age of a pose that arrives. The filter finds its mean by itself.
+const POSE_AGE_S: f32 = 0.01;
+
+/// The flight controller with its inputs and outputs.
+pub struct Controller {
+    stack: &'static mut FlightStack,
+    /// The time of the sample of the last tick.
+    ticked_at: Option<Instant>,
+    samples: u32,
+    deadlines: Deadlines,
+}
+
+impl Controller {
+    /// Returns the controller of a robot that was just switched on.
+    pub fn new(stack: &'static mut FlightStack) -> Self {
+        stack.plan_elsewhere();
+        Controller { stack, ticked_at: None, samples: 0, deadlines: Deadlines::default() }
+    }
+
+    /// Uses a sample.
+    pub fn step(&mut self, sample: &Sample) {
+        // A robot that is locked until power-on needs no estimate.
+        if self.stack.stage() != SupervisorStage::Locked {
+            self.fly(sample);
+        }
+        self.exchange();
+    }
+
+    fn fly(&mut self, sample: &Sample) {
+        // The last tick due is that of the sample.
+        for _ in 1..self.ticks_due(sample.ready_at) {
+            self.tick(None);
+        }
+        self.ticked_at = Some(sample.ready_at);
+        let [p, q, r] = sample.rate.rad_per_s;
+        let [x, y, z] = sample.acceleration.m_per_s2;
+        self.tick(Some(&ImuSample {
+            gyro_rad_s: Vec3::new(p, q, r),
+            accel_m_s2: Vec3::new(x, y, z),
+        }));
+        if self.stack.is_flying() {
+            let time = Instant::now().saturating_duration_since(sample.ready_at);
+            self.deadlines.note(time.as_micros() as u32);
+            state::set_deadlines(self.deadlines);
+        }
+        self.receive_pose();
+    }
+
+    /// Continues without a sample, which failed.
+    pub fn miss(&mut self) {
+        let due = self.ticks_due(Instant::now());
+        for _ in 0..due {
+            self.tick(None);
+        }
+        let passed = Duration::from_micros(u64::from(due) * TICK_US);
+        self.ticked_at = self.ticked_at.and_then(|at| at.checked_add(passed));
+    }
+
+    /// Stops the motors, since the sensors have failed for longer than a flight can bear.
+    pub fn stop(&mut self) {
+        self.ticked_at = None;
+        self.stack.stop();
+        self.tick(None);
+    }
+
+    /// Returns the number of ticks since the last one. A robot whose motors are off needs none: it may
+    /// have been halted by a debugger.
+    fn ticks_due(&self, now: Instant) -> u32 {
+        match self.ticked_at {
+            Some(before) if self.stack.permission().allows_motors() => {
+                let passed_us = now.saturating_duration_since(before).as_micros();
+                ((passed_us + TICK_US / 2) / TICK_US).min(TICKS_MAX) as u32
+            }
+            _ => 0,
+        }
+    }
+
+    fn tick(&mut self, sample: Option<&ImuSample>) {
+        if pilot_desk::EMERGENCY_STOP.load(Ordering::Relaxed) {
+            self.stack.emergency_stop();
+        }
+        if pilot_desk::DISARM.swap(false, Ordering::Relaxed) {
+            self.stack.stop();
+        }
+        let volts = f32::from(link::STATE.battery_mv().unwrap_or(0)) / 1000.0;
+        let duties = self.stack.tick(sample, volts);
+        let may_turn = self.stack.permission().allows_motors();
+        motors::fly(may_turn.then_some(&duties));
+    }
+
+    fn receive_pose(&mut self) {
+        let Some(pose) = link::FLIGHT_POSE.try_take() else { return };
+        let [x, y, z, w] = pose.quaternion;
+        self.stack.receive_pose(&PoseMeasurement {
+            position_m: Vec3::from_array(pose.position_m),
+            attitude: Quat::from_xyzw(x, y, z, w),
+            sigma_m: POSE_SIGMA_M,
+            sigma_rad: POSE_SIGMA_RAD,
+            age_s: POSE_AGE_S,
+        });
+    }
+
+    /// Takes the commands of the pilot, and gives it a new copy.
+    fn exchange(&mut self) {
+        let returned = pilot_desk::take_returned();
+        if let Some(copy) = &returned {
+            self.stack.take_commands(copy);
+        }
+        let is_plan_due = self.stack.is_plan_due();
+        self.samples = self.samples.wrapping_add(1);
+        let is_copy_due = is_plan_due || self.samples.is_multiple_of(COPY_SAMPLES);
+        let copy = returned.or_else(|| is_copy_due.then(pilot_desk::take_unused).flatten());
+        let Some(copy) = copy else { return };
+        copy.clone_from(&*self.stack);
+        pilot_desk::lend(copy);
+        if is_plan_due {
+            pilot_desk::PLAN_DUE.signal(());
+        }
+    }
+}
