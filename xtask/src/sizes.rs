@@ -188,10 +188,10 @@ mod tests {
 
     #[test]
     fn the_budget_is_that_of_the_robot_file() {
-        assert!(check(&crazyflie(96_000, 45_056)).is_ok());
-        let failure = check(&crazyflie(96_001, 45_057)).unwrap_err().to_string();
-        assert!(failure.contains("flash 96001 > 96000"), "{failure}");
-        assert!(failure.contains("ram 45057 > 45056"), "{failure}");
+        assert!(check(&crazyflie(124_000, 49_152)).is_ok());
+        let failure = check(&crazyflie(124_001, 49_153)).unwrap_err().to_string();
+        assert!(failure.contains("flash 124001 > 124000"), "{failure}");
+        assert!(failure.contains("ram 49153 > 49152"), "{failure}");
     }
 
     #[test]

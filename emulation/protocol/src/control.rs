@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 
+use bittybuzz_chips::devices::{eeprom_24aa64, one_wire};
 use bittybuzz_chips::f405::OTP;
 use bittybuzz_chips::{Board, FRAME_PAYLOAD_MAX, MemoryContent, P2P_MAX};
 
@@ -29,6 +30,12 @@ pub enum CommandRefusal {
     /// The payload is too long for a P2P frame.
     #[error("a P2P frame has at most {P2P_MAX} bytes, this one has {0}")]
     P2pTooLong(usize),
+    /// The content is too long for the memory of a deck.
+    #[error("the memory of a deck has at most {max} bytes, this one has {0}", max = one_wire::CAPACITY)]
+    DeckMemory(usize),
+    /// The content is too long for the EEPROM.
+    #[error("the EEPROM has {max} bytes, not {0}", max = eeprom_24aa64::CAPACITY)]
+    Eeprom(usize),
     /// The probability is not between 0 and 1.
     #[error("a probability is between 0 and 1, not {0}")]
     NotAProbability(f64),

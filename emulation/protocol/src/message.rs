@@ -4,15 +4,16 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
+mod crazyflie;
 mod statistics;
 
+pub use crazyflie::{BarometerFault, Deck, DeckMemoryFault, EepromFault, ImuFault};
 pub use statistics::{
     AirStatistics, BoardStatistics, CoreStatistics, CrazyflieStatistics, KilobotStatistics,
     RobotStatistics, ZooidStatistics,
 };
 
 use bittybuzz_chips as chips;
-use bittybuzz_chips::devices::bmi088::Bmi088Fault;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -150,6 +151,54 @@ pub enum Command {
     ImuFault {
         /// The fault; `None` ends it.
         fault: Option<ImuFault>,
+    },
+    /// Sets or ends a fault of a Crazyflie's barometer.
+    BarometerFault {
+        /// The fault; `None` ends it.
+        fault: Option<BarometerFault>,
+    },
+    /// Sets the content of a Crazyflie's EEPROM; the bytes after the given ones are erased.
+    Eeprom {
+        /// The bytes, in hexadecimal.
+        #[serde(with = "hex")]
+        bytes: Vec<u8>,
+    },
+    /// Sets or ends a fault of a Crazyflie's EEPROM.
+    EepromFault {
+        /// The fault; `None` ends it.
+        fault: Option<EepromFault>,
+    },
+    /// Plugs decks into the expansion port of a Crazyflie, instead of those that it had.
+    Decks {
+        /// The decks, in the order in which the radio's processor finds their memories.
+        decks: Vec<Deck>,
+    },
+    /// Sets the distances that the range finders of a Crazyflie's decks measure. A distance that is
+    /// missing means that nothing is in range.
+    Ranges {
+        /// Distance to the ground in mm; a body replaces it.
+        #[serde(default)]
+        down_mm: Option<u16>,
+        /// Distance to the front in mm.
+        #[serde(default)]
+        front_mm: Option<u16>,
+        /// Distance to the back in mm.
+        #[serde(default)]
+        back_mm: Option<u16>,
+        /// Distance to the left in mm.
+        #[serde(default)]
+        left_mm: Option<u16>,
+        /// Distance to the right in mm.
+        #[serde(default)]
+        right_mm: Option<u16>,
+        /// Distance upwards in mm.
+        #[serde(default)]
+        up_mm: Option<u16>,
+    },
+    /// Sets or ends a fault of the memories of a Crazyflie's decks.
+    DeckMemoryFault {
+        /// The fault; `None` ends it.
+        fault: Option<DeckMemoryFault>,
     },
     /// Sets the state of the battery.
     Battery {
@@ -330,45 +379,6 @@ pub enum Command {
     Statistics,
     /// End the program.
     Quit,
-}
-
-/// A fault of the BMI088: its gyroscope and its accelerometer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ImuFault {
-    /// The accelerometer has this identification.
-    AccelerometerId(u8),
-    /// The gyroscope has this identification.
-    GyroscopeId(u8),
-    /// Neither sensor acknowledges its address.
-    NoAcknowledge,
-    /// SDA is held low until the master has sent so many pulses of SCL.
-    SdaLow(u32),
-    /// Neither sensor changes its data.
-    FrozenData,
-    /// The gyroscope reports no sample at its pin.
-    NoDataReady,
-    /// The gyroscope reports each sample so many µs late.
-    LateDataReadyUs(u64),
-    /// Both self-tests fail.
-    FailedSelfTest,
-}
-
-impl From<ImuFault> for Bmi088Fault {
-    fn from(fault: ImuFault) -> Self {
-        match fault {
-            ImuFault::AccelerometerId(id) => Bmi088Fault::AccelerometerId(id),
-            ImuFault::GyroscopeId(id) => Bmi088Fault::GyroscopeId(id),
-            ImuFault::NoAcknowledge => Bmi088Fault::NoAcknowledge,
-            ImuFault::SdaLow(clock_pulses) => Bmi088Fault::SdaLow { clock_pulses },
-            ImuFault::FrozenData => Bmi088Fault::FrozenData,
-            ImuFault::NoDataReady => Bmi088Fault::NoDataReady,
-            ImuFault::LateDataReadyUs(us) => {
-                Bmi088Fault::LateDataReady(chips::Time::from_micros(us))
-            }
-            ImuFault::FailedSelfTest => Bmi088Fault::FailedSelfTest,
-        }
-    }
 }
 
 /// An interpretation of the nRF24L01+'s product specification, 6.4.

@@ -8,7 +8,7 @@
 //! | priority | interrupts | masked by critical sections |
 //! |---|---|---|
 //! | 0x00 | USART6, the link | no |
-//! | 0x20 | I2C3, its DMA stream, the gyroscope's data-ready line | yes |
+//! | 0x20 | I2C3, all DMA streams, the gyroscope's data-ready line | yes |
 //! | 0x30 | UART5, which runs the flight executor ([`crate::flight`]) | yes |
 //! | 0x80 | all others, among them the timer and the link's waker | yes |
 //! | none | the thread executor: link, script, LEDs, battery | |
@@ -26,7 +26,8 @@ use embassy_stm32::interrupt::{Interrupt, Priority};
 
 /// The priority of all interrupts without one of their own. The F405 implements the upper four bits.
 const NORMAL: u8 = 0x80;
-/// The priority of DMA interrupts, which `embassy_stm32::init` sets: only I2C3 uses DMA.
+/// The priority of DMA interrupts, which `embassy_stm32::init` sets. That of I2C3 needs it; the others
+/// only end transfers.
 pub const DMA: Priority = Priority::P2;
 /// The interrupts with a priority of their own.
 const PRIORITIES: [(Interrupt, u8); 6] = [

@@ -10,9 +10,12 @@ use bittybuzz_vm_core::number::{Profile, Rng};
 use bittybuzz_vm_core::{
     Argument, Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Type, Value,
 };
-use embassy_time::Instant;
+use embassy_time::{Duration, Instant};
 
 use crate::clock;
+use crate::decks;
+use crate::decks::fault::Direction;
+use crate::decks::ranging::{self, RangeSample};
 use crate::leds::{Color, ScriptLeds, Status, StatusChannel};
 use crate::link::{self, swarm::MAIL};
 use crate::motors::{POWER_MAX, Powers};
@@ -23,6 +26,11 @@ use bittybuzz_board::log;
 
 /// The number of steps between two status lines.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
+
+/// The greatest age of a distance.
+const RANGE_AGE_MAX: Duration = Duration::from_millis(500);
+/// The distance if nothing is in range, as robots/crazyflie/robot.toml says.
+const NOTHING_MM: i32 = 32_767;
 
 /// The functions and settings that scripts can reach.
 pub struct Crazyflie {
@@ -147,6 +155,27 @@ fn number<C: ByteCode, const N: usize>(
     }
 }
 
+/// Executes `get_z()` and the functions of the other directions. A robot without a range finder in
+/// this direction refuses them, and so does one whose range finder has not measured for a while.
+fn range<C: ByteCode, const N: usize>(
+    arguments: &CallArguments<'_, Numbers, C, N>,
+    direction: Direction,
+) -> Result {
+    expect_count(arguments, 0)?;
+    if let Some(Ok(decks)) = decks::result()
+        && !ranging::has(decks, direction)
+    {
+        return Err(RobotFault::Refused(Refusal::NotBuiltIn));
+    }
+    let now = Instant::now();
+    let is_fresh =
+        |sample: &RangeSample| now.saturating_duration_since(sample.read_at) < RANGE_AGE_MAX;
+    let sample = ranging::last_sample(direction).filter(is_fresh);
+    let sample = sample.ok_or(RobotFault::Refused(Refusal::NotReady))?;
+    let mm = sample.distance_m.map_or(NOTHING_MM, |meters| (meters * 1000.0 + 0.5) as i32);
+    Ok(Reply::Value(Value::int(mm)))
+}
+
 impl RobotHost<Numbers> for Crazyflie {
     const ON_FAULT_STOPS: bool = robot::ON_FAULT_STOPS;
     const PERIODS: Periods = robot::PERIODS;
@@ -191,7 +220,12 @@ impl RobotHost<Numbers> for Crazyflie {
                 self.stopwatch = Some(Instant::now());
                 nothing()
             }
-            // The functions of ranging decks are known to the compiler, but not to this firmware yet.
+            function::GET_Z => range(&arguments, Direction::Down),
+            function::GET_FRONT => range(&arguments, Direction::Front),
+            function::GET_BACK => range(&arguments, Direction::Back),
+            function::GET_LEFT => range(&arguments, Direction::Left),
+            function::GET_RIGHT => range(&arguments, Direction::Right),
+            function::GET_UP => range(&arguments, Direction::Up),
             _ => match flight_function(function) {
                 Some(flight) => self.fly(flight, &arguments, again),
                 None => Err(RobotFault::Refused(Refusal::NotBuiltIn)),

@@ -38,8 +38,9 @@ use std::time::Duration;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 pub use bittybuzz_emulation::message::{
-    BoardStatistics, Command, CrazyflieStatistics, EmulatorEvent, ImuFault, PowerDetector,
-    RobotEvent, RobotStatistics, TimedEvent, ZooidStatistics,
+    BarometerFault, BoardStatistics, Command, CrazyflieStatistics, Deck, DeckMemoryFault,
+    EepromFault, EmulatorEvent, ImuFault, PowerDetector, RobotEvent, RobotStatistics, TimedEvent,
+    ZooidStatistics,
 };
 use bittybuzz_emulation::{Emulator, FirmwareImage, RunResult};
 use bittybuzz_robot_spec::Layout;

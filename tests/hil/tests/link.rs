@@ -40,8 +40,9 @@ fn kinds(robot: &Robot) -> Vec<u8> {
 fn the_radio_is_set_up_once(core: Core) {
     let mut robot = Robot::crazyflie(core, IDLE);
     robot.run_ms(500);
-    // A P2P frame that turns Bluetooth off; battery and signal strength, channel, data rate, address, power, ready.
-    assert_eq!(kinds(&robot), [0x0a, 0x14, 0x01, 0x02, 0x05, 0x07, 0x0b]);
+    // A P2P frame that turns Bluetooth off; battery and signal strength, channel, data rate, address, power, ready; the search
+    // for decks, of which there are none.
+    assert_eq!(kinds(&robot), [0x0a, 0x14, 0x01, 0x02, 0x05, 0x07, 0x0b, 0x20]);
     let payload = |kind| {
         let payloads = frames(&robot.events, kind).map(|(_, payload)| payload.to_vec());
         payloads.collect::<Vec<_>>()

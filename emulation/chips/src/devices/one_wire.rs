@@ -47,6 +47,11 @@ impl DeckDescription {
         DeckDescription::of_bitcraze(0x0f, "bcFlow2")
     }
 
+    /// Returns the description of the Z-ranger deck v2 (zranger2.c).
+    pub fn z_ranger_v2() -> Self {
+        DeckDescription::of_bitcraze(0x0e, "bcZRanger2")
+    }
+
     /// Returns the description of the Multi-ranger deck (multiranger.c).
     pub fn multi_ranger() -> Self {
         DeckDescription::of_bitcraze(0x0c, "bcMultiranger")
@@ -90,11 +95,16 @@ pub struct DeckMemory {
 impl DeckMemory {
     /// Returns an erased memory with this serial number.
     pub fn erased(serial: [u8; 6]) -> Self {
+        DeckMemory::with_content(serial, [0xff; CAPACITY])
+    }
+
+    /// Returns a memory with this content.
+    pub fn with_content(serial: [u8; 6], content: [u8; CAPACITY]) -> Self {
         let mut identification = [0; 8];
         identification[0] = FAMILY;
         identification[1..7].copy_from_slice(&serial);
         identification[7] = crc8(&identification[..7]);
-        DeckMemory { identification, content: [0xff; CAPACITY] }
+        DeckMemory { identification, content }
     }
 
     /// Returns the memory of a deck. The bytes after the description are erased.

@@ -6,7 +6,7 @@
 //! transfer (UM10204 3.1.16; crazyflie-firmware, i2c_drv.c).
 
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Speed};
-use embassy_stm32::pac;
+use embassy_stm32::pac::i2c::I2c;
 use embassy_stm32::pac::i2c::vals::{Duty, FS};
 use embassy_stm32::peripherals::I2C3;
 use embassy_stm32::rcc;
@@ -14,7 +14,7 @@ use embassy_time::{Duration, Timer};
 
 use super::BusError;
 
-/// The alternate function of I2C3 on PA8 and PC9 (data sheet, table 9).
+/// The alternate function of I2C1 on PB6 and PB7, and of I2C3 on PA8 and PC9 (data sheet, table 9).
 const AF: u8 = 4;
 
 const BUS_HZ: u32 = 400_000;
@@ -28,8 +28,9 @@ const HALF: Duration = Duration::from_micros(10);
 /// The halves of a period for which a chip may hold SCL low.
 const STRETCH: usize = 50;
 
-/// The two lines of the bus.
+/// The two lines of a bus, and the peripheral that drives them.
 pub struct Lines {
+    pub i2c: I2c,
     pub scl: Flex<'static>,
     pub sda: Flex<'static>,
 }
@@ -40,7 +41,7 @@ impl Lines {
     ///
     /// The peripheral stays in reset until the bus is free (RM0090 27.6.1, SWRST).
     pub async fn reset(&mut self) -> Result<(), BusError> {
-        pac::I2C3.cr1().write(|w| w.set_swrst(true));
+        self.i2c.cr1().write(|w| w.set_swrst(true));
         let outcome = self.clear().await;
         self.connect();
         outcome
@@ -86,8 +87,9 @@ impl Lines {
         let function = AfType::output(OutputType::OpenDrain, Speed::Medium);
         self.scl.set_as_af_unchecked(AF, function);
         self.sda.set_as_af_unchecked(AF, function);
-        let i2c = pac::I2C3;
+        let i2c = self.i2c;
         i2c.cr1().write(|_| {});
+        // Both peripherals are on APB1.
         let clock_hz = rcc::frequency::<I2C3>().0;
         let clock_mhz = clock_hz / 1_000_000;
         i2c.cr2().write(|w| w.set_freq(clock_mhz as u8));

@@ -1,4 +1,4 @@
-//! One transaction on I2C3, carried out by interrupts. The task that waits for it is woken once, at
+//! One transaction on an I2C bus, carried out by interrupts. The task that waits for it is woken once, at
 //! the end.
 //!
 //! The I2C driver of embassy-stm32 0.6.0 is not used for these reasons:
@@ -36,42 +36,37 @@ use core::sync::atomic::{AtomicU8, Ordering, fence};
 use core::task::Poll;
 
 use embassy_stm32::interrupt::typelevel::{
-    Binding, DMA1_STREAM2, Handler, I2C3_ER, I2C3_EV, Interrupt,
+    Binding, DMA1_STREAM0, DMA1_STREAM2, Handler, I2C1_ER, I2C1_EV, I2C3_ER, I2C3_EV, Interrupt,
 };
 use embassy_stm32::pac;
 use embassy_stm32::pac::dma::vals::{Dir, Pl};
+use embassy_stm32::pac::i2c::I2c;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
 
 use super::BusError;
 
-/// The most bytes of a write: a register and the values that follow it.
-pub const WRITE_MAX: usize = 4;
+/// The most bytes of a write: the configuration of a VL53L1X with the number of its register.
+pub const WRITE_MAX: usize = 90;
 /// The most bytes of a read: the calibration of a barometer with its checksum has 22.
 pub const READ_MAX: usize = 24;
 
-/// The DMA stream that receives from I2C3, and its channel.
-const STREAM: usize = 2;
-const CHANNEL: u8 = 3;
+/// The controller of the expansion port.
+pub static I2C1: Controller = Controller::new(pac::I2C1, 0, 1);
+/// The controller of the sensors on the board.
+pub static I2C3: Controller = Controller::new(pac::I2C3, 2, 3);
 
-/// The bytes that the DMA controller writes. They are atomics, since it writes them at any time.
-static RECEIVED: [AtomicU8; READ_MAX] = [const { AtomicU8::new(0) }; READ_MAX];
-
-static WAKER: AtomicWaker = AtomicWaker::new();
-
-static TRANSFER: Mutex<CriticalSectionRawMutex, RefCell<Transfer>> =
-    Mutex::new(RefCell::new(Transfer::NONE));
-
-/// A transaction: bytes to write, then bytes to read.
-#[derive(Clone, Copy)]
-pub struct Request {
-    /// The address of the chip, with seven bits.
-    pub address: u8,
-    /// The bytes to write.
-    pub bytes: [u8; WRITE_MAX],
-    pub write_count: usize,
-    pub read_count: usize,
+/// A peripheral, the DMA stream that receives from it, and its transaction.
+pub struct Controller {
+    pub i2c: I2c,
+    /// The stream of DMA1, and its channel.
+    stream: usize,
+    channel: u8,
+    transfer: Mutex<CriticalSectionRawMutex, RefCell<Transfer>>,
+    waker: AtomicWaker,
+    /// The bytes that the DMA controller writes. They are atomics, since it writes them at any time.
+    received: [AtomicU8; READ_MAX],
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -84,45 +79,71 @@ enum Phase {
     Ended(Result<(), BusError>),
 }
 
+/// A transaction: bytes to write, then bytes to read.
 struct Transfer {
-    request: Request,
+    /// The address of the chip, with seven bits.
+    address: u8,
+    bytes: [u8; WRITE_MAX],
+    write_count: usize,
+    read_count: usize,
     phase: Phase,
 }
 
-/// The interrupts of the bus.
+/// The interrupts of the buses.
 pub struct Interrupts;
+
+impl Handler<I2C1_EV> for Interrupts {
+    unsafe fn on_interrupt() {
+        I2C1.with(Transfer::advance);
+    }
+}
+
+impl Handler<I2C1_ER> for Interrupts {
+    unsafe fn on_interrupt() {
+        I2C1.with(Transfer::fail);
+    }
+}
+
+impl Handler<DMA1_STREAM0> for Interrupts {
+    unsafe fn on_interrupt() {
+        I2C1.with(Transfer::end_read);
+    }
+}
 
 impl Handler<I2C3_EV> for Interrupts {
     unsafe fn on_interrupt() {
-        TRANSFER.lock(|transfer| transfer.borrow_mut().advance());
+        I2C3.with(Transfer::advance);
     }
 }
 
 impl Handler<I2C3_ER> for Interrupts {
     unsafe fn on_interrupt() {
-        TRANSFER.lock(|transfer| transfer.borrow_mut().fail());
+        I2C3.with(Transfer::fail);
     }
 }
 
 impl Handler<DMA1_STREAM2> for Interrupts {
     unsafe fn on_interrupt() {
-        TRANSFER.lock(|transfer| transfer.borrow_mut().end_read());
+        I2C3.with(Transfer::end_read);
     }
 }
 
 impl Transfer {
     const NONE: Transfer = Transfer {
-        request: Request { address: 0, bytes: [0; WRITE_MAX], write_count: 0, read_count: 0 },
+        address: 0,
+        bytes: [0; WRITE_MAX],
+        write_count: 0,
+        read_count: 0,
         phase: Phase::Ended(Ok(())),
     };
 
     /// Handles an event of the peripheral.
-    fn advance(&mut self) {
-        let i2c = pac::I2C3;
+    fn advance(&mut self, of: &Controller) {
+        let i2c = of.i2c;
         let status = i2c.sr1().read();
         if status.start() {
             let reads = self.phase == Phase::Reading;
-            i2c.dr().write(|w| w.set_dr(self.request.address << 1 | u8::from(reads)));
+            i2c.dr().write(|w| w.set_dr(self.address << 1 | u8::from(reads)));
         } else if status.addr() {
             if self.phase == Phase::Reading {
                 // The remaining steps are those of the DMA controller. DMAEN must be set before
@@ -135,21 +156,21 @@ impl Transfer {
             }
             // Reading SR1 and then SR2 clears ADDR (27.6.7).
             i2c.sr2().read();
-            self.write_next();
+            self.write_next(of);
         } else if status.btf() {
-            self.write_next();
+            self.write_next(of);
         }
     }
 
     /// Gives the next byte to the peripheral, or ends the write.
-    fn write_next(&mut self) {
+    fn write_next(&mut self, of: &Controller) {
         let Phase::Writing(written) = self.phase else { return };
-        let i2c = pac::I2C3;
-        let bytes = self.request.bytes.get(..self.request.write_count);
+        let i2c = of.i2c;
+        let bytes = self.bytes.get(..self.write_count);
         if let Some(byte) = bytes.and_then(|bytes| bytes.get(written)) {
             i2c.dr().write(|w| w.set_dr(*byte));
             self.phase = Phase::Writing(written + 1);
-        } else if self.request.read_count > 0 {
+        } else if self.read_count > 0 {
             i2c.cr1().modify(|w| w.set_start(true));
             self.phase = Phase::Reading;
             // BTF, and with it this interrupt, would last until the start condition is on the bus.
@@ -157,153 +178,187 @@ impl Transfer {
             i2c.dr().read();
         } else {
             i2c.cr1().modify(|w| w.set_stop(true));
-            self.conclude(Ok(()));
+            self.conclude(of, Ok(()));
         }
     }
 
     /// Handles an error of the peripheral (27.3.4). The task resets it.
-    fn fail(&mut self) {
+    fn fail(&mut self, of: &Controller) {
         if matches!(self.phase, Phase::Ended(_)) {
             return;
         }
-        let status = pac::I2C3.sr1().read();
-        self.conclude(Err(if status.af() {
-            BusError::NoAcknowledge
-        } else if status.arlo() {
-            BusError::ArbitrationLost
-        } else {
-            BusError::Misplaced
-        }));
+        let status = of.i2c.sr1().read();
+        self.conclude(
+            of,
+            Err(if status.af() {
+                BusError::NoAcknowledge
+            } else if status.arlo() {
+                BusError::ArbitrationLost
+            } else {
+                BusError::Misplaced
+            }),
+        );
     }
 
     /// Handles the end of the DMA stream.
-    fn end_read(&mut self) {
-        let flags = pac::DMA1.isr(STREAM / 4).read();
-        clear_flags();
+    fn end_read(&mut self, of: &Controller) {
+        let flags = pac::DMA1.isr(of.stream / 4).read();
+        of.clear_flags();
         if self.phase != Phase::Reading {
             return;
         }
-        if flags.tcif(STREAM % 4) {
-            pac::I2C3.cr1().modify(|w| w.set_stop(true));
-            self.conclude(Ok(()));
+        if flags.tcif(of.stream % 4) {
+            of.i2c.cr1().modify(|w| w.set_stop(true));
+            self.conclude(of, Ok(()));
         } else {
-            self.conclude(Err(BusError::Dma));
+            self.conclude(of, Err(BusError::Dma));
         }
     }
 
     /// Turns the interrupts of the peripheral off, and wakes the task.
-    fn conclude(&mut self, outcome: Result<(), BusError>) {
-        silence();
+    fn conclude(&mut self, of: &Controller, outcome: Result<(), BusError>) {
+        of.silence();
         self.phase = Phase::Ended(outcome);
-        WAKER.wake();
+        of.waker.wake();
     }
 }
 
-fn silence() {
-    pac::I2C3.cr2().modify(|w| {
-        w.set_dmaen(false);
-        w.set_last(false);
-        w.set_itevten(false);
-        w.set_iterren(false);
-    });
+impl Controller {
+    const fn new(i2c: I2c, stream: usize, channel: u8) -> Self {
+        Controller {
+            i2c,
+            stream,
+            channel,
+            transfer: Mutex::new(RefCell::new(Transfer::NONE)),
+            waker: AtomicWaker::new(),
+            received: [const { AtomicU8::new(0) }; READ_MAX],
+        }
+    }
+
+    /// Calls a function with the transaction.
+    fn with<R>(&self, action: impl FnOnce(&mut Transfer, &Controller) -> R) -> R {
+        self.transfer.lock(|transfer| action(&mut transfer.borrow_mut(), self))
+    }
+
+    fn silence(&self) {
+        self.i2c.cr2().modify(|w| {
+            w.set_dmaen(false);
+            w.set_last(false);
+            w.set_itevten(false);
+            w.set_iterren(false);
+        });
+    }
+
+    /// Clears all flags of the DMA stream.
+    fn clear_flags(&self) {
+        let stream = self.stream % 4;
+        pac::DMA1.ifcr(self.stream / 4).write(|w| {
+            w.set_tcif(stream, true);
+            w.set_htif(stream, true);
+            w.set_teif(stream, true);
+            w.set_dmeif(stream, true);
+            w.set_feif(stream, true);
+        });
+    }
+
+    /// Begins a transaction. The peripheral must be on and idle, there must be at least one byte to
+    /// write or to read, and at most [`WRITE_MAX`] and [`READ_MAX`].
+    pub fn begin(&self, address: u8, written: &[u8], read_count: usize) {
+        self.with(|transfer, _| {
+            transfer.address = address;
+            transfer.bytes.iter_mut().zip(written).for_each(|(to, from)| *to = *from);
+            (transfer.write_count, transfer.read_count) = (written.len(), read_count);
+            transfer.phase = if written.is_empty() { Phase::Reading } else { Phase::Writing(0) };
+            if read_count > 0 {
+                self.prepare_stream(read_count);
+            }
+            self.i2c.cr2().modify(|w| {
+                w.set_itevten(true);
+                w.set_iterren(true);
+            });
+            self.i2c.cr1().modify(|w| {
+                w.set_ack(read_count != 1);
+                w.set_start(true);
+            });
+        });
+    }
+
+    /// Lets the DMA stream wait for bytes. It is off, since its last transfer is complete or was
+    /// aborted.
+    fn prepare_stream(&self, count: usize) {
+        self.clear_flags();
+        let stream = pac::DMA1.st(self.stream);
+        stream.par().write_value(self.i2c.dr().as_ptr() as u32);
+        stream.m0ar().write_value(self.received.as_ptr() as u32);
+        stream.ndtr().write(|w| w.set_ndt(count as u16));
+        // Byte by byte, without the FIFO.
+        stream.cr().write(|w| {
+            w.set_chsel(self.channel);
+            w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
+            w.set_minc(true);
+            w.set_pl(Pl::HIGH);
+            w.set_tcie(true);
+            w.set_teie(true);
+            w.set_en(true);
+        });
+    }
+
+    /// Waits for the end of the transaction.
+    pub async fn end(&self) -> Result<(), BusError> {
+        poll_fn(|context| {
+            self.waker.register(context.waker());
+            match self.with(|transfer, _| transfer.phase) {
+                Phase::Ended(outcome) => Poll::Ready(outcome),
+                _ => Poll::Pending,
+            }
+        })
+        .await
+    }
+
+    /// Copies the bytes that a transaction has read.
+    pub fn copy_received(&self, bytes: &mut [u8]) {
+        // The bytes were written before the interrupt that ended the transaction.
+        fence(Ordering::Acquire);
+        for (byte, received) in bytes.iter_mut().zip(&self.received) {
+            *byte = received.load(Ordering::Relaxed);
+        }
+    }
+
+    /// Ends a transaction at any point. The peripheral and the bus must be reset afterwards.
+    pub fn abort(&self) {
+        self.with(|transfer, _| {
+            self.silence();
+            pac::DMA1.st(self.stream).cr().modify(|w| w.set_en(false));
+            transfer.phase = Phase::Ended(Ok(()));
+        });
+    }
 }
 
-/// Clears all flags of the DMA stream.
-fn clear_flags() {
-    pac::DMA1.ifcr(STREAM / 4).write(|w| {
-        w.set_tcif(STREAM % 4, true);
-        w.set_htif(STREAM % 4, true);
-        w.set_teif(STREAM % 4, true);
-        w.set_dmeif(STREAM % 4, true);
-        w.set_feif(STREAM % 4, true);
-    });
+/// Enables the interrupts of the expansion port's bus in the NVIC.
+pub fn enable_i2c1(
+    _irq: impl Binding<I2C1_EV, Interrupts>
+    + Binding<I2C1_ER, Interrupts>
+    + Binding<DMA1_STREAM0, Interrupts>,
+) {
+    enable::<I2C1_EV>();
+    enable::<I2C1_ER>();
+    enable::<DMA1_STREAM0>();
 }
 
-/// Enables the interrupts of the bus in the NVIC.
-pub fn enable(
+/// Enables the interrupts of the sensors' bus in the NVIC.
+pub fn enable_i2c3(
     _irq: impl Binding<I2C3_EV, Interrupts>
     + Binding<I2C3_ER, Interrupts>
     + Binding<DMA1_STREAM2, Interrupts>,
 ) {
-    fn enable<I: Interrupt>() {
-        I::unpend();
-        // SAFETY: the peripheral requests no interrupt before `begin`, and no code relies on the
-        // interrupt being off.
-        unsafe { I::enable() };
-    }
     enable::<I2C3_EV>();
     enable::<I2C3_ER>();
     enable::<DMA1_STREAM2>();
 }
 
-/// Begins a transaction. The peripheral must be on and idle, and `request` must have a byte at
-/// least.
-pub fn begin(request: Request) {
-    let i2c = pac::I2C3;
-    TRANSFER.lock(|transfer| {
-        let mut transfer = transfer.borrow_mut();
-        transfer.request = request;
-        transfer.phase = if request.write_count > 0 { Phase::Writing(0) } else { Phase::Reading };
-        if request.read_count > 0 {
-            prepare_stream(request.read_count);
-        }
-        i2c.cr2().modify(|w| {
-            w.set_itevten(true);
-            w.set_iterren(true);
-        });
-        i2c.cr1().modify(|w| {
-            w.set_ack(request.read_count != 1);
-            w.set_start(true);
-        });
-    });
-}
-
-/// Lets the DMA stream wait for bytes. It is off, since its last transfer is complete or was
-/// aborted.
-fn prepare_stream(count: usize) {
-    clear_flags();
-    let stream = pac::DMA1.st(STREAM);
-    stream.par().write_value(pac::I2C3.dr().as_ptr() as u32);
-    stream.m0ar().write_value(RECEIVED.as_ptr() as u32);
-    stream.ndtr().write(|w| w.set_ndt(count as u16));
-    // Byte by byte, without the FIFO.
-    stream.cr().write(|w| {
-        w.set_chsel(CHANNEL);
-        w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
-        w.set_minc(true);
-        w.set_pl(Pl::HIGH);
-        w.set_tcie(true);
-        w.set_teie(true);
-        w.set_en(true);
-    });
-}
-
-/// Waits for the end of the transaction.
-pub async fn end() -> Result<(), BusError> {
-    poll_fn(|context| {
-        WAKER.register(context.waker());
-        match TRANSFER.lock(|transfer| transfer.borrow().phase) {
-            Phase::Ended(outcome) => Poll::Ready(outcome),
-            _ => Poll::Pending,
-        }
-    })
-    .await
-}
-
-/// Copies the bytes that a transaction has read.
-pub fn copy_received(bytes: &mut [u8]) {
-    // The bytes were written before the interrupt that ended the transaction.
-    fence(Ordering::Acquire);
-    for (byte, received) in bytes.iter_mut().zip(&RECEIVED) {
-        *byte = received.load(Ordering::Relaxed);
-    }
-}
-
-/// Ends a transaction at any point. The peripheral and the bus must be reset afterwards.
-pub fn abort() {
-    TRANSFER.lock(|transfer| {
-        silence();
-        pac::DMA1.st(STREAM).cr().modify(|w| w.set_en(false));
-        transfer.borrow_mut().phase = Phase::Ended(Ok(()));
-    });
+fn enable<I: Interrupt>() {
+    I::unpend();
+    // SAFETY: the peripheral requests no interrupt before `begin`, and no code relies on the
+    // interrupt being off.
+    unsafe { I::enable() };
 }

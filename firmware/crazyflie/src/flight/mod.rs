@@ -5,7 +5,10 @@
 //! which preempts the thread executor. Its priority is below the sensors' interrupts and above all
 //! others (see [`crate::critical`]).
 //!
-//! * [`sensors`] reads gyroscope and accelerometer at each data-ready pulse.
+//! * [`sensors`] reads gyroscope and accelerometer at each data-ready pulse, and the barometer after
+//!   every 20th, once the motors are set.
+//! * [`start`] tests and starts the sensors, [`frozen`] detects those that repeat their values, and
+//!   [`fault`] has the reasons why they are not fit for flight.
 //! * [`control`] estimates, controls and drives the motors after each sample.
 //! * [`pilot_desk`] hands commands and plans of the thread executor over.
 //! * [`data_ready`] is the event of that pulse.
@@ -17,16 +20,19 @@
 
 mod control;
 pub mod data_ready;
+pub mod fault;
+mod frozen;
 pub mod pilot_desk;
 pub mod report;
 mod sensors;
-mod state;
+mod start;
+pub mod state;
 
 use embassy_executor::InterruptExecutor;
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::typelevel::{Binding, Handler, Interrupt, UART5};
 
-use crate::bus::I2c3;
+use crate::bus::Bus;
 use bittybuzz_flight::FlightState;
 use bittybuzz_flight::pilot::PilotSettings;
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
@@ -52,12 +58,7 @@ impl Handler<UART5> for Interrupts {
 }
 
 /// Starts the executor and its task. Call this function once.
-pub fn start(
-    bus: I2c3,
-    data_ready: DataReady,
-    pulse: Pulse,
-    _irq: impl Binding<UART5, Interrupts>,
-) {
+pub fn start(bus: Bus, data_ready: DataReady, pulse: Pulse, _irq: impl Binding<UART5, Interrupts>) {
     static STACK: StaticCell<FlightStack> = StaticCell::new();
     static COPY: StaticCell<FlightStack> = StaticCell::new();
     let settings = StackSettings {

@@ -1,13 +1,14 @@
 //! The log of the flight tasks, which a task of the thread executor writes for them.
 
-use bittybuzz_bmi088::Error;
 use bittybuzz_board::log;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, with_timeout};
 
+use super::fault::{SampleFault, Sensor, StartFault};
 use super::state;
-use crate::bus::BusError;
+use crate::decks::flow;
+use crate::readiness;
 
 /// The time between two lines of counters.
 const STATUS: Duration = Duration::from_secs(10);
@@ -18,72 +19,18 @@ static EVENTS: Channel<CriticalSectionRawMutex, Event, 4> = Channel::new();
 /// An event of the sensors.
 #[derive(Clone, Copy)]
 pub enum Event {
-    /// Both sensors run.
+    /// All sensors run.
     Started,
     /// A sensor does not start. The attempt is repeated.
     NotStarted(StartFault),
     /// A sample failed, or was late because of the bus.
-    Faulty(Fault),
+    Faulty(SampleFault),
     /// Several samples failed, and the sensors are started again.
-    Stopped(Fault),
-}
-
-/// An inertial sensor.
-#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub enum Sensor {
-    Gyroscope,
-    Accelerometer,
-}
-
-/// A fault of a sample.
-#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub enum Fault {
-    /// There was no data-ready pulse.
-    NoPulse,
-    /// A transaction did not end in time.
-    BusSilent,
-    /// A chip held a line of the bus, which was freed. The sample was read.
-    BusHeld,
-    /// A transaction failed.
-    Bus(BusError),
-}
-
-/// A reason why a sensor does not start.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct StartFault {
-    sensor: Sensor,
-    cause: StartCause,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum StartCause {
-    Bus(BusError),
-    WrongId(u8),
-    Refused { register: u8, found: u8 },
-    Timeout,
-}
-
-impl StartFault {
-    /// Returns the fault of a driver.
-    pub fn new(sensor: Sensor, error: Error<BusError>) -> Self {
-        let cause = match error {
-            Error::Bus(error) => StartCause::Bus(error),
-            Error::WrongId { found } => StartCause::WrongId(found),
-            Error::ConfigurationRefused { register, found } => {
-                StartCause::Refused { register, found }
-            }
-            // The start contains no self-test.
-            Error::GyroscopeTestFailed | Error::AccelerometerTestFailed { .. } | Error::Timeout => {
-                StartCause::Timeout
-            }
-        };
-        StartFault { sensor, cause }
-    }
-
-    /// Returns the fault of a sensor that does not start in time.
-    pub fn timeout(sensor: Sensor) -> Self {
-        StartFault { sensor, cause: StartCause::Timeout }
-    }
+    Stopped(SampleFault),
+    /// A sensor repeats its values.
+    Frozen(Sensor),
+    /// No sensor repeats its values any more.
+    Thawed,
 }
 
 /// Queues an event for the log.
@@ -105,26 +52,19 @@ pub async fn write_reports() -> ! {
 
 fn write(event: Event) {
     match event {
-        Event::Started => log::info!("gyroscope and accelerometer run"),
-        Event::NotStarted(StartFault { sensor, cause }) => match cause {
-            StartCause::Bus(error) => log::error!("{} does not answer: {}", sensor, error),
-            StartCause::WrongId(id) => {
-                log::error!("{} is another chip, with id {=u8:#x}", sensor, id)
-            }
-            StartCause::Refused { register, found } => log::error!(
-                "{} does not take its settings: register {=u8:#x} holds {=u8:#x}",
-                sensor,
-                register,
-                found
-            ),
-            StartCause::Timeout => log::error!("{} does not start", sensor),
-        },
+        Event::Started => log::info!("gyroscope, accelerometer and barometer run"),
+        Event::NotStarted(fault) => log::error!("{}", fault),
         Event::Faulty(fault) => log::warning!("a sample of the sensors was disturbed: {}", fault),
         Event::Stopped(fault) => log::error!("the sensors are started again after {}", fault),
+        Event::Frozen(sensor) => log::error!("{} repeats its values", sensor),
+        Event::Thawed => log::info!("the values of the sensors change again"),
     }
 }
 
 fn write_status() {
+    if let Some(refusal) = readiness::refusal() {
+        log::warning!("the robot does not arm: {}", refusal);
+    }
     let counters = state::counters();
     log::info!(
         "{=u32} samples, {=u32} late, {=u32} missed, {=u32} failed, slowest {=u32} us, {=u32} wake-ups",
@@ -160,5 +100,20 @@ fn write_status() {
         let [p, q, r] = sample.rate_counts.0;
         let [x, y, z] = sample.acceleration_counts.0;
         log::info!("counts {=i16} {=i16} {=i16} and {=i16} {=i16} {=i16}", p, q, r, x, y, z);
+    }
+    if let Some(sample) = flow::last_sample() {
+        let counts = sample.counts;
+        log::info!(
+            "flow of {=i16} and {=i16} counts in {=u64} us until {=u64} us, quality {=u8}",
+            counts.delta_x,
+            counts.delta_y,
+            sample.duration.as_micros(),
+            sample.read_at.as_micros(),
+            counts.surface_quality
+        );
+    }
+    if let Some(sample) = state::last_air() {
+        let read_us = sample.read_at.as_micros();
+        log::info!("pressure {=f32} Pa at {=u64} us", sample.air.pressure_pa, read_us);
     }
 }

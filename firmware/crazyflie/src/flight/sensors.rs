@@ -1,35 +1,32 @@
-//! The task that reads the inertial sensors and flies: 1,000 samples per second.
+//! The task that reads the inertial sensors and flies, 1,000 samples per second, and reads the barometer.
 
-use bittybuzz_bmi088::{Accelerometer, Address, DataReady as DataReadyPin, Gyroscope};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embedded_hal_async::delay::DelayNs;
 
 use super::control::Controller;
 use super::data_ready::DataReady;
-use super::report::{Event, Fault, Sensor, StartFault, report};
-use super::state::{self, Counters, Sample};
-use crate::bus::{BusError, I2c3};
+use super::fault::{SampleFault, SensorRefusal};
+use super::frozen::FrozenCheck;
+use super::report::{Event, report};
+use super::start::{Sensors, start};
+use super::state::{self, AirSample, Counters, Sample};
+use crate::bus::{Bus, BusError};
 
 /// The time from power-on until the sensors are used, as in crazyflie-firmware.
 const POWER_ON_MS: u32 = 1_000;
-/// The longest start of one sensor. That of the gyroscope takes 85 ms.
-const START: Duration = Duration::from_millis(200);
 /// The time between two attempts to start the sensors.
 const RETRY_MS: u32 = 500;
 /// The longest time from the begin of the wait for a pulse to the end of the read, which takes
-/// 1.5 ms. After that the bus is reset.
+/// 1.7 ms with the barometer. After that the bus is reset.
 const PATIENCE: Duration = Duration::from_millis(3);
 /// The least time between two pulses of which the second is late: one and a half periods.
 const LATE: Duration = Duration::from_micros(1_500);
 /// The number of samples that may fail one after another before the sensors are started again.
 const FAILED_MAX: u32 = 10;
 
-/// The inertial sensors after their start.
-struct Imu {
-    gyroscope: Gyroscope,
-    accelerometer: Accelerometer,
-}
+/// The samples from one reading of the barometer to the next: it measures 50 times per second.
+const AIR_SAMPLES: u32 = 20;
 
 /// A delay that shows the task's signs of life meanwhile.
 struct BeatingDelay(Pulse);
@@ -51,7 +48,7 @@ impl DelayNs for BeatingDelay {
 /// Runs the task: starts the sensors, and reads them until they fail.
 #[embassy_executor::task]
 pub async fn read_sensors(
-    mut bus: I2c3,
+    mut bus: Bus,
     mut data_ready: DataReady,
     mut controller: Controller,
     pulse: Pulse,
@@ -59,27 +56,32 @@ pub async fn read_sensors(
     let mut delay = BeatingDelay(pulse);
     let mut counters = Counters::default();
     let mut reported = None;
+    let mut are_tested = false;
     delay.delay_ms(POWER_ON_MS).await;
     loop {
-        match start(&mut bus, &mut delay).await {
-            Ok(imu) => {
+        match start(&mut bus, &mut delay, pulse, &mut are_tested).await {
+            Ok(sensors) => {
                 report(Event::Started);
                 reported = None;
                 let before = counters.samples;
+                state::set_refusal(None);
                 let flight = &mut controller;
                 let fault =
-                    sample(&mut bus, &imu, &mut data_ready, flight, pulse, &mut counters).await;
+                    sample(&mut bus, &sensors, &mut data_ready, flight, pulse, &mut counters).await;
                 controller.stop();
+                state::set_refusal(Some(SensorRefusal::Stopped(fault)));
                 report(Event::Stopped(fault));
                 // The chips may only have lost their configuration.
                 if counters.samples != before {
                     continue;
                 }
             }
-            // The log has the same fault once.
-            Err(fault) if reported == Some(fault) => {}
             Err(fault) => {
-                report(Event::NotStarted(fault));
+                state::set_refusal(Some(SensorRefusal::Start(fault)));
+                // The log has the same fault once.
+                if reported != Some(fault) {
+                    report(Event::NotStarted(fault));
+                }
                 reported = Some(fault);
             }
         }
@@ -87,34 +89,21 @@ pub async fn read_sensors(
     }
 }
 
-/// Starts both sensors.
-async fn start(bus: &mut I2c3, delay: &mut BeatingDelay) -> Result<Imu, StartFault> {
-    let gyroscope = Gyroscope::start(bus, delay, Address::SdoHigh, DataReadyPin::Int3);
-    let gyroscope = match with_timeout(START, gyroscope).await {
-        Ok(started) => started.map_err(|error| StartFault::new(Sensor::Gyroscope, error))?,
-        Err(_) => return Err(StartFault::timeout(Sensor::Gyroscope)),
-    };
-    let accelerometer = Accelerometer::start(bus, delay, Address::SdoLow);
-    let accelerometer = match with_timeout(START, accelerometer).await {
-        Ok(started) => started.map_err(|error| StartFault::new(Sensor::Accelerometer, error))?,
-        Err(_) => return Err(StartFault::timeout(Sensor::Accelerometer)),
-    };
-    Ok(Imu { gyroscope, accelerometer })
-}
-
 /// Reads and publishes samples until too many fail, and returns the last fault.
 async fn sample(
-    bus: &mut I2c3,
-    imu: &Imu,
+    bus: &mut Bus,
+    sensors: &Sensors,
     data_ready: &mut DataReady,
     controller: &mut Controller,
     pulse: Pulse,
     counters: &mut Counters,
-) -> Fault {
+) -> SampleFault {
     data_ready.clear();
     let mut failed = 0;
     let mut previous: Option<Instant> = None;
     let mut resets = bus.resets();
+    let mut frozen = FrozenCheck::NEW;
+    let mut frozen_sensor = None;
     loop {
         pulse.beat();
         let read = async {
@@ -125,7 +114,7 @@ async fn sample(
                 counters.late += 1;
             }
             previous = Some(pulses.last);
-            read(bus, imu, pulses.last).await
+            read(bus, sensors, pulses.last).await
         };
         let fault = match with_timeout(PATIENCE, read).await {
             Ok(Ok(sample)) => {
@@ -134,16 +123,21 @@ async fn sample(
                 counters.samples += 1;
                 state::publish(sample);
                 controller.step(&sample);
+                frozen.add(&sample);
                 // The bus was not free before this sample.
-                (bus.resets() != resets).then_some(Fault::BusHeld)
+                (bus.resets() != resets).then_some(SampleFault::BusHeld)
             }
-            Ok(Err(error)) => Some(Fault::Bus(error)),
-            Err(_) if bus.is_in_doubt() => Some(Fault::BusSilent),
-            Err(_) => Some(Fault::NoPulse),
+            Ok(Err(error)) => Some(SampleFault::Bus(error)),
+            Err(_) if bus.is_in_doubt() => Some(SampleFault::BusSilent),
+            Err(_) => Some(SampleFault::NoPulse),
         };
-        resets = bus.resets();
         match fault {
-            None | Some(Fault::BusHeld) => failed = 0,
+            None | Some(SampleFault::BusHeld) => {
+                failed = 0;
+                if counters.samples.is_multiple_of(AIR_SAMPLES) {
+                    read_air(bus, sensors, &mut frozen).await;
+                }
+            }
             Some(fault) => {
                 controller.miss();
                 counters.failed += 1;
@@ -153,6 +147,13 @@ async fn sample(
                     return fault;
                 }
             }
+        }
+        // A reset by the barometer does not count as one by these samples.
+        resets = bus.resets();
+        if frozen.sensor() != frozen_sensor {
+            frozen_sensor = frozen.sensor();
+            state::set_refusal(frozen_sensor.map(SensorRefusal::Frozen));
+            report(frozen_sensor.map_or(Event::Thawed, Event::Frozen));
         }
         // The log has the first fault of several.
         if let Some(fault) = fault
@@ -171,9 +172,9 @@ fn duration(from: Instant, to: Instant) -> Duration {
 }
 
 /// Reads both sensors: the gyroscope first, because its data are older.
-async fn read(bus: &mut I2c3, imu: &Imu, ready_at: Instant) -> Result<Sample, BusError> {
-    let rate_counts = imu.gyroscope.read(bus).await?;
-    let acceleration_counts = imu.accelerometer.read(bus).await?;
+async fn read(bus: &mut Bus, sensors: &Sensors, ready_at: Instant) -> Result<Sample, BusError> {
+    let rate_counts = sensors.gyroscope.read(bus).await?;
+    let acceleration_counts = sensors.accelerometer.read(bus).await?;
     Ok(Sample {
         ready_at,
         rate_counts,
@@ -181,4 +182,17 @@ async fn read(bus: &mut I2c3, imu: &Imu, ready_at: Instant) -> Result<Sample, Bu
         rate: rate_counts.rad_per_s(),
         acceleration: acceleration_counts.m_per_s2(),
     })
+}
+
+/// Reads the barometer and publishes its sample. A reading that fails counts as one without a new
+/// value; the next sample of the inertial sensors resets the bus.
+async fn read_air(bus: &mut Bus, sensors: &Sensors, frozen: &mut FrozenCheck) {
+    let Some(barometer) = sensors.barometer else { return frozen.add_barometer(None) };
+    let sample = with_timeout(PATIENCE, barometer.read(bus)).await;
+    let counts = sample.ok().and_then(Result::ok).map(|sample| sample.counts);
+    frozen.add_barometer(counts);
+    if let Some(counts) = counts {
+        let air = barometer.air(counts);
+        state::publish_air(AirSample { read_at: Instant::now(), air });
+    }
 }

@@ -1,14 +1,17 @@
-//! The last sample of the inertial sensors, and the counters of their task.
+//! The last samples of the sensors, the reason why they are not fit for flight, and the counters of
+//! their task.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use bittybuzz_bmi088::{Acceleration, AccelerationCounts, Rate, RateCounts};
+use bittybuzz_bmp3xx::Air;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::Instant;
 
 use super::control::{LIMIT_US, USUAL_US};
+use super::fault::SensorRefusal;
 
 /// A sample of both inertial sensors. The axes of the chip are those of the body: x ahead, y to the
 /// left, z up (crazyflie-firmware, platform_defaults.h: the angles of the IMU are 0).
@@ -20,6 +23,14 @@ pub struct Sample {
     pub acceleration_counts: AccelerationCounts,
     pub rate: Rate,
     pub acceleration: Acceleration,
+}
+
+/// A sample of the barometer.
+#[derive(Clone, Copy)]
+pub struct AirSample {
+    /// The time of the reading. The measurement is up to 20 ms older.
+    pub read_at: Instant,
+    pub air: Air,
 }
 
 /// The counters since the start.
@@ -65,6 +76,10 @@ impl Deadlines {
 static DEADLINES: Mutex<CriticalSectionRawMutex, Cell<Option<Deadlines>>> =
     Mutex::new(Cell::new(None));
 static LAST: Mutex<CriticalSectionRawMutex, Cell<Option<Sample>>> = Mutex::new(Cell::new(None));
+static LAST_AIR: Mutex<CriticalSectionRawMutex, Cell<Option<AirSample>>> =
+    Mutex::new(Cell::new(None));
+static REFUSAL: Mutex<CriticalSectionRawMutex, Cell<Option<SensorRefusal>>> =
+    Mutex::new(Cell::new(Some(SensorRefusal::NotStarted)));
 static COUNTERS: Mutex<CriticalSectionRawMutex, Cell<Counters>> =
     Mutex::new(Cell::new(Counters { samples: 0, late: 0, missed: 0, failed: 0, slowest_us: 0 }));
 static WAKE_UPS: AtomicU32 = AtomicU32::new(0);
@@ -72,6 +87,16 @@ static WAKE_UPS: AtomicU32 = AtomicU32::new(0);
 /// Returns the last sample, once there is one.
 pub fn last_sample() -> Option<Sample> {
     LAST.lock(Cell::get)
+}
+
+/// Returns the last sample of the barometer, once there is one.
+pub fn last_air() -> Option<AirSample> {
+    LAST_AIR.lock(Cell::get)
+}
+
+/// Returns the reason why the sensors are not fit for flight; `None` if there is none.
+pub fn refusal() -> Option<SensorRefusal> {
+    REFUSAL.lock(Cell::get)
 }
 
 /// Returns the counters.
@@ -99,6 +124,14 @@ pub(super) fn count_wake_up() {
 
 pub(super) fn publish(sample: Sample) {
     LAST.lock(|last| last.set(Some(sample)));
+}
+
+pub(super) fn publish_air(sample: AirSample) {
+    LAST_AIR.lock(|last| last.set(Some(sample)));
+}
+
+pub(super) fn set_refusal(refusal: Option<SensorRefusal>) {
+    REFUSAL.lock(|cell| cell.set(refusal));
 }
 
 pub(super) fn set_counters(counters: Counters) {

@@ -14,12 +14,14 @@
 //!   queue after it, so the task waits until the nRF51 has read the previous frame.
 //! * [`swarm`] carries the script's messages over P2P broadcasts.
 //! * [`supervisor_port`] reads the commands of a person: arm, disarm, stop.
+//! * [`one_wire`] exchanges requests and answers about the memories of decks.
 //! * [`setup`] sets the radio up, and repeats this when the nRF51 has restarted and lost its
 //!   settings.
 //!
 //! No function here waits for a reader. A packet that finds no room is dropped and counted, and a
 //! damaged frame is skipped up to the next start.
 
+pub mod one_wire;
 pub mod receive;
 pub mod send;
 mod setup;
@@ -105,7 +107,7 @@ impl LinkState {
     }
 
     /// Returns true if frames to other robots may be sent.
-    fn can_send(&self) -> bool {
+    pub fn can_send(&self) -> bool {
         self.can_send.load(Ordering::Relaxed)
     }
 

@@ -2,11 +2,12 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_comms::syslink::{Crtp, SWARM_PORT, SyslinkPacket, SyslinkParser};
+use bittybuzz_comms::syslink::{Crtp, RadioSettings, SWARM_PORT, SyslinkPacket, SyslinkParser};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use bittybuzz_runtime::pose::Pose;
 use embassy_time::with_timeout;
 
+use super::one_wire;
 use super::send::send;
 use super::setup::RadioSetup;
 use super::swarm::SwarmReceiver;
@@ -16,9 +17,14 @@ use crate::motors;
 
 /// Runs the receiving task.
 #[embassy_executor::task]
-pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> ! {
+pub async fn receive_frames(
+    mut uart: Receiver,
+    radio: RadioSettings,
+    robot_id: u16,
+    pulse: Pulse,
+) -> ! {
     let mut parser = SyslinkParser::new();
-    let mut radio_setup = RadioSetup::new(robot_id);
+    let mut radio_setup = RadioSetup::new(radio, robot_id);
     let mut swarm_receiver = SwarmReceiver::new(robot_id);
     let mut buffer = [0; 64];
     loop {
@@ -28,6 +34,9 @@ pub async fn receive_frames(mut uart: Receiver, robot_id: u16, pulse: Pulse) -> 
         for byte in buffer.iter().take(count) {
             parser.push(*byte, |frame| {
                 STATE.received.fetch_add(1, Ordering::Relaxed);
+                if one_wire::is_request(frame.kind()) {
+                    return one_wire::receive(frame);
+                }
                 // Packets of types that this firmware does not use are ignored.
                 if let Ok(packet) = SyslinkPacket::received(frame) {
                     radio_setup.process(&packet);

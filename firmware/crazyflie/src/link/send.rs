@@ -7,14 +7,14 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_comms::syslink::{Bytes, MTU, SyslinkPacket, kind};
+use bittybuzz_comms::syslink::{Bytes, MTU, SyslinkFrame, SyslinkPacket, kind};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Timer, with_timeout};
 
-use super::STATE;
 use super::uart::Sender;
+use super::{STATE, one_wire};
 
 /// The frames that wait to be sent.
 static OUT: Channel<CriticalSectionRawMutex, Bytes, 8> = Channel::new();
@@ -32,13 +32,21 @@ const AIR: Duration = Duration::from_micros(500);
 /// counted.
 pub fn send(packet: &SyslinkPacket<'_>) {
     let mut buffer = [0; MTU];
-    let queued = match packet.frame(&mut buffer) {
-        Ok(frame) => OUT.try_send(frame.bytes()).is_ok(),
-        Err(_) => false,
-    };
-    if !queued {
-        STATE.dropped.fetch_add(1, Ordering::Relaxed);
+    match packet.frame(&mut buffer) {
+        Ok(frame) => send_frame(frame),
+        Err(_) => count_dropped(),
     }
+}
+
+/// Queues a frame. If the queue is full, the frame is dropped and counted.
+pub fn send_frame(frame: SyslinkFrame<'_>) {
+    if OUT.try_send(frame.bytes()).is_err() {
+        count_dropped();
+    }
+}
+
+fn count_dropped() {
+    STATE.dropped.fetch_add(1, Ordering::Relaxed);
 }
 
 /// Runs the sending task.
@@ -55,8 +63,12 @@ pub async fn send_frames(mut uart: Sender, pulse: Pulse) -> ! {
         pause = Duration::MIN;
         if let Ok(frame) = with_timeout(BEAT, OUT.receive()).await {
             uart.write(frame.as_slice());
-            let is_p2p = frame.as_slice().get(2) == Some(&kind::RADIO_P2P_BROADCAST);
-            pause = if is_p2p { TURN + AIR } else { TURN };
+            pause = TURN;
+            match frame.as_slice().get(2) {
+                Some(&kind::RADIO_P2P_BROADCAST) => pause += AIR,
+                Some(kind) if one_wire::is_request(*kind) => one_wire::wait_for_answer(pulse).await,
+                _ => {}
+            }
         }
     }
 }

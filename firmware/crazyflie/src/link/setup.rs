@@ -32,9 +32,9 @@ pub struct RadioSetup {
 
 impl RadioSetup {
     /// Returns a set-up that starts at once.
-    pub fn new(robot_id: u16) -> Self {
+    pub fn new(radio: RadioSettings, robot_id: u16) -> Self {
         let now = Instant::now();
-        let setup = Setup::new(RadioSettings::DEFAULT, robot_id);
+        let setup = Setup::new(radio, robot_id);
         RadioSetup { setup, next: now, reported: now, has_reported: false }
     }
 

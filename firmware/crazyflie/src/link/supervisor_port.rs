@@ -10,11 +10,13 @@
 
 use core::sync::atomic::Ordering;
 
+use bittybuzz_board::log;
 use bittybuzz_comms::syslink::SyslinkPacket;
 
 use super::send::send;
 use crate::flight::pilot_desk::{DISARM, EMERGENCY_STOP};
 use crate::pilot::{self, PersonRequest};
+use crate::readiness;
 
 /// Port 9, channel 1, and the mask of the reserved bits between them.
 const COMMANDS: u8 = 0x91;
@@ -37,7 +39,11 @@ pub fn process(packet: &[u8]) {
             answer(*header, true, false);
         }
         [ARM, _] => {
-            let is_possible = pilot::is_on_duty();
+            let refusal = readiness::refusal();
+            if let Some(refusal) = refusal {
+                log::warning!("the robot does not arm: {}", refusal);
+            }
+            let is_possible = refusal.is_none() && pilot::is_on_duty();
             if is_possible {
                 pilot::REQUEST.signal(PersonRequest::Arm);
             }

@@ -2,7 +2,8 @@
 
 use bittybuzz_chips::{BodyMotion, ExternalPose, Time};
 use bittybuzz_crazyflie_physics::sensors::{
-    Barometer, Imu, ImuCounts, ImuSettings, MotionCapture, MotionCaptureSettings,
+    Barometer, FlowCounts, FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuCounts,
+    ImuSettings, MotionCapture, MotionCaptureSettings,
 };
 use bittybuzz_crazyflie_physics::{Airframe, Drone, DroneSurroundings, PowerSource};
 
@@ -33,6 +34,10 @@ pub(crate) struct Sensed {
     pub(crate) inertial: Option<ImuCounts>,
     /// Pressure in Pa.
     pub(crate) pressure_pa: Option<f64>,
+    /// Motion of the ground, as the flow sensor of a deck sees it.
+    pub(crate) flow: Option<FlowCounts>,
+    /// Distance to the ground below.
+    pub(crate) height: Option<HeightReading>,
     /// A pose that arrived by radio.
     pub(crate) pose: Option<ExternalPose>,
     /// The true motion, if a report is due.
@@ -44,6 +49,8 @@ pub(crate) struct FlightBody {
     drone: Drone,
     imu: Imu,
     barometer: Barometer,
+    flow: FlowSensor,
+    height: HeightSensor,
     capture: Option<MotionCapture>,
     surroundings: DroneSurroundings,
     /// The end of the next step.
@@ -57,10 +64,15 @@ impl FlightBody {
         let airframe = Airframe::CRAZYFLIE_2_1_PLUS;
         let mut drone = Drone::new(airframe, seed);
         drone.stand(0.0, place_m[0], place_m[1], yaw_rad);
+        let mut height = HeightSensor::new(seed);
+        // The model of the chip adds the time of its measurement.
+        height.set_age_steps(0);
         FlightBody {
             drone,
             imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
             barometer: Barometer::new(seed),
+            flow: FlowSensor::new(FlowSettings::PMW3901, seed),
+            height,
             capture: pose_ms.map(|period_steps| {
                 let room = MotionCaptureSettings { period_steps, ..MotionCaptureSettings::ROOM };
                 MotionCapture::new(room, seed)
@@ -88,6 +100,8 @@ impl FlightBody {
         Sensed {
             inertial: self.imu.sample(state),
             pressure_pa: is_due(PRESSURE_STEPS).then(|| self.barometer.measure(state)),
+            flow: self.flow.sample(state, 0.0),
+            height: self.height.sample(state, 0.0),
             pose: pose.map(|pose| ExternalPose {
                 position_m: pose.position_m.as_vec3().to_array(),
                 attitude: pose.attitude.as_quat().to_array(),

@@ -232,7 +232,8 @@ fn exchange(board: &mut CrazyflieBoard, byte: u8) -> u8 {
 
 #[test]
 fn the_flow_deck_is_selected_by_io_3_and_answers_on_spi1() {
-    let variation = CrazyflieVariation { has_flow_deck: true, ..CrazyflieVariation::default() };
+    let variation =
+        CrazyflieVariation { decks: vec![AttachedDeck::FlowV2], ..CrazyflieVariation::default() };
     let mut board = set_up(CrazyflieBoard::new(variation));
     write(&mut board, RCC_APB2ENR, 1 << 12 | 1 << 14);
     // PA5 to PA7 belong to SPI1; PB4 is an output and high.

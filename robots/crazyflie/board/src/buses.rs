@@ -1,13 +1,13 @@
 //! The buses to the sensors and the expansion port.
 
 use bittybuzz_chips::devices::bmi088::{Bmi088, Bmi088Fault, Bmi088Settings};
-use bittybuzz_chips::devices::bmp388::{Bmp388, Bmp388Settings};
-use bittybuzz_chips::devices::eeprom_24aa64::Eeprom24aa64;
+use bittybuzz_chips::devices::bmp388::{Bmp388, Bmp388Fault, Bmp388Settings};
+use bittybuzz_chips::devices::eeprom_24aa64::{CAPACITY, Eeprom24aa64, Eeprom24aa64Fault};
 use bittybuzz_chips::f405::F405;
 use bittybuzz_chips::stm32::Pin;
-use bittybuzz_chips::{BusAction, I2cBus, I2cDevice, Time};
+use bittybuzz_chips::{BusAction, I2cBus, I2cDevice, Random, Time};
 
-use crate::flow_deck::{self, FlowDeck};
+use crate::decks::{self, Decks};
 
 /// Port and pin.
 type PinName = (usize, u8);
@@ -29,6 +29,13 @@ const TEMPERATURE_C: f64 = 25.0;
 /// The motion of a robot that stands on the ground, in counts of ±2000 °/s and of ±24 g: an offset
 /// of the gyroscope, which is never exactly zero, and 1 g upwards.
 const AT_REST: ([i16; 3], [i16; 3]) = ([5, -3, 2], [0, 0, 1365]);
+/// The noise of both sensors: 0.014 °/s/√Hz with a bandwidth of 116 Hz, and 190 µg/√Hz with 145 Hz
+/// (data sheet BST-BMI088-DS001).
+const NOISE_COUNTS: [f64; 2] = [2.6, 3.1];
+/// The pressure around a robot at rest, and the noise of the barometer (data sheet BST-BMP388-DS001,
+/// pressure eightfold oversampled).
+const PRESSURE_PA: f64 = 101_325.0;
+const NOISE_PA: f64 = 1.0;
 
 /// The two I2C buses and SPI1, with the chips on them.
 pub(crate) struct Buses {
@@ -38,7 +45,9 @@ pub(crate) struct Buses {
     imu: Bmi088,
     barometer: Bmp388,
     memory: Eeprom24aa64,
-    flow_deck: Option<FlowDeck>,
+    pub decks: Decks,
+    /// The noise of the sensors of a robot at rest; `None` once the robot has a body.
+    noise: Option<Random>,
     /// The level of [`DATA_READY`].
     data_ready: bool,
     /// The time of its next change, stored because it is read much more often than it changes.
@@ -62,7 +71,8 @@ impl Buses {
             imu,
             barometer: Bmp388::new(Bmp388Settings::default(), now),
             memory: Eeprom24aa64::erased(),
-            flow_deck: None,
+            decks: Decks::default(),
+            noise: Some(Random::new(0)),
             data_ready: false,
             next_change: None,
         }
@@ -71,18 +81,29 @@ impl Buses {
     /// Turns the power of all chips off and on again. Only the memory keeps its content.
     pub fn restart(&mut self, f405: &mut F405, now: Time) {
         let memory = Eeprom24aa64::new(Box::new(*self.memory.content()));
-        let flow_deck = self.flow_deck.is_some().then(|| FlowDeck::new(now));
-        *self = Buses { memory, flow_deck, ..Buses::new(f405, now) };
-    }
-
-    /// Attaches a Flow deck, whose power is on from `now`.
-    pub fn attach_flow_deck(&mut self, now: Time) {
-        self.flow_deck = Some(FlowDeck::new(now));
+        let mut decks = std::mem::take(&mut self.decks);
+        decks.restart(now);
+        let noise = self.noise.take();
+        *self = Buses { memory, decks, noise, ..Buses::new(f405, now) };
     }
 
     /// Sets the motion that the inertial sensors measure from now on, in counts of their largest ranges.
     pub fn set_motion(&mut self, rate_counts: [i16; 3], force_counts: [i16; 3], now: Time) {
+        self.noise = None;
         self.imu.sample_motion(rate_counts, force_counts, now);
+    }
+
+    /// Changes the measurements of a robot at rest by the noise of the sensors.
+    fn measure_at_rest(&mut self, now: Time) {
+        let Some(noise) = &mut self.noise else { return };
+        let mut add =
+            |counts: i16, deviation: f64| counts + (noise.normal() * deviation).round() as i16;
+        let (rate, force) = AT_REST;
+        let rate = rate.map(|counts| add(counts, NOISE_COUNTS[0]));
+        let force = force.map(|counts| add(counts, NOISE_COUNTS[1]));
+        self.imu.set_motion(rate, force, now);
+        let pressure_pa = PRESSURE_PA + noise.normal() * NOISE_PA;
+        self.barometer.set_air(pressure_pa, TEMPERATURE_C, now);
     }
 
     /// Sets the pressure that the barometer measures from now on, in Pa.
@@ -98,6 +119,32 @@ impl Buses {
         self.after_write(f405, now);
     }
 
+    /// Sets or ends the fault of the barometer.
+    pub fn set_barometer_fault(&mut self, f405: &mut F405, fault: Option<Bmp388Fault>, now: Time) {
+        self.barometer.set_fault(fault, now);
+        // The fault may hold or release a line.
+        self.after_write(f405, now);
+    }
+
+    /// Sets the first bytes of the memory. The others are erased.
+    pub fn set_memory(&mut self, bytes: &[u8]) {
+        let mut content = Box::new([0xff; CAPACITY]);
+        content[..bytes.len()].copy_from_slice(bytes);
+        self.memory = Eeprom24aa64::new(content);
+    }
+
+    /// Sets or ends the fault of the memory.
+    pub fn set_memory_fault(
+        &mut self,
+        f405: &mut F405,
+        fault: Option<Eeprom24aa64Fault>,
+        now: Time,
+    ) {
+        self.memory.set_fault(fault);
+        // The fault may hold or release a line.
+        self.after_write(f405, now);
+    }
+
     /// Calls `action` with an I2C bus and its devices.
     fn with_bus<R>(
         &mut self,
@@ -105,10 +152,15 @@ impl Buses {
         action: impl FnOnce(&mut I2cBus, &mut [&mut dyn I2cDevice]) -> R,
     ) -> R {
         let line = &mut self.i2c[bus];
-        match (bus, &mut self.flow_deck) {
-            (0, Some(deck)) => action(line, &mut [&mut self.memory, &mut deck.distance]),
-            (0, None) => action(line, &mut [&mut self.memory]),
-            _ => action(line, &mut [&mut self.imu, &mut self.barometer]),
+        if bus == 0 && self.decks.is_empty() {
+            action(line, &mut [&mut self.memory])
+        } else if bus == 0 {
+            let memory = &mut self.memory as &mut dyn I2cDevice;
+            let mut devices: Vec<_> =
+                [memory].into_iter().chain(self.decks.i2c_devices()).collect();
+            action(line, &mut devices)
+        } else {
+            action(line, &mut [&mut self.imu, &mut self.barometer])
         }
     }
 
@@ -123,6 +175,7 @@ impl Buses {
             I2cBus::default().perform(action, &mut [], end)
         };
         f405.i2c_answered(bus, action, answer, end);
+        self.decks.settle(end);
         self.settle_data_ready(f405);
     }
 
@@ -131,8 +184,8 @@ impl Buses {
         let is_connected = SPI_PINS
             .iter()
             .all(|(port, pin)| f405.ports[*port].pin(*pin) == Pin::Alternate(SPI_FUNCTION));
-        let deck = self.flow_deck.as_mut().filter(|_| is_connected);
-        let answer = deck.and_then(|deck| deck.exchange(byte, end)).unwrap_or_else(|| {
+        let answer = if is_connected { self.decks.exchange(byte, end) } else { None };
+        let answer = answer.unwrap_or_else(|| {
             let (port, pin) = SPI_PINS[1];
             if f405.ports[port].level(pin) { 0xff } else { 0 }
         });
@@ -148,6 +201,7 @@ impl Buses {
     pub fn advance(&mut self, f405: &mut F405, now: Time) {
         if self.next_change.is_some_and(|at| at <= now) {
             self.imu.advance(now);
+            self.measure_at_rest(now);
             self.settle_data_ready(f405);
         }
     }
@@ -183,9 +237,7 @@ impl Buses {
                 f405.set_i2c_held(bus, is_held);
             }
         }
-        if let Some(deck) = &mut self.flow_deck {
-            let (port, pin) = flow_deck::SELECT;
-            deck.set_select(f405.ports[port].pin(pin) != Pin::Level(false), now);
-        }
+        let (port, pin) = decks::SELECT;
+        self.decks.set_select(f405.ports[port].pin(pin) != Pin::Level(false), now);
     }
 }

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use bittybuzz_chips::devices::eeprom_24aa64;
+use bittybuzz_chips::devices::one_wire::CAPACITY;
 use bittybuzz_chips::f405::OTP;
 use bittybuzz_chips::{
     Battery, ChipProperties, ExternalPose, LineQuality, LinkFrame, Nrf51Settings, P2pFrame,
@@ -10,7 +12,7 @@ use bittybuzz_chips::{
 use bittybuzz_emulation::message::{self, BoardStatistics, Command, CrazyflieStatistics};
 use bittybuzz_emulation::{CommandRefusal, Control, finite, lsi, probability};
 
-use crate::{BodySettings, CrazyflieBoard, Statistics};
+use crate::{AttachedDeck, BodySettings, CrazyflieBoard, RangesMm, Statistics};
 
 impl Control for CrazyflieBoard {
     const NAME: &'static str = "Crazyflie";
@@ -53,6 +55,29 @@ impl Control for CrazyflieBoard {
             Command::RadioRestart => self.restart_nrf51(),
             Command::FlowControl { full } => self.set_flow_control(full),
             Command::ImuFault { fault } => self.set_imu_fault(fault.map(Into::into)),
+            Command::BarometerFault { fault } => self.set_barometer_fault(fault.map(Into::into)),
+            Command::Eeprom { bytes } if bytes.len() > eeprom_24aa64::CAPACITY => {
+                return Err(CommandRefusal::Eeprom(bytes.len()));
+            }
+            Command::Eeprom { bytes } => self.set_eeprom(&bytes),
+            Command::EepromFault { fault } => self.set_eeprom_fault(fault.map(Into::into)),
+            Command::Ranges { down_mm, front_mm, back_mm, left_mm, right_mm, up_mm } => {
+                self.set_ranges(RangesMm {
+                    down: down_mm,
+                    front: front_mm,
+                    back: back_mm,
+                    left: left_mm,
+                    right: right_mm,
+                    up: up_mm,
+                });
+            }
+            Command::Decks { decks } => {
+                let decks = decks.into_iter().map(attached);
+                self.set_decks(decks.collect::<Result<_, _>>()?);
+            }
+            Command::DeckMemoryFault { fault } => {
+                self.set_deck_memory_fault(fault.map(Into::into));
+            }
             Command::Battery { volts, charging, usb_powered } => {
                 self.set_battery(Battery { volts, charging, usb_powered });
             }
@@ -91,6 +116,21 @@ impl Control for CrazyflieBoard {
     fn counted(&self) -> BoardStatistics {
         BoardStatistics::Crazyflie(self.statistics().into())
     }
+}
+
+/// Returns the deck of a command.
+fn attached(deck: message::Deck) -> Result<AttachedDeck, CommandRefusal> {
+    Ok(match deck {
+        message::Deck::FlowV2 => AttachedDeck::FlowV2,
+        message::Deck::ZRangerV2 => AttachedDeck::ZRangerV2,
+        message::Deck::MultiRanger => AttachedDeck::MultiRanger,
+        message::Deck::Memory(bytes) => {
+            let mut content = [0xff; CAPACITY];
+            let begin = content.get_mut(..bytes.len());
+            begin.ok_or(CommandRefusal::DeckMemory(bytes.len()))?.copy_from_slice(&bytes);
+            AttachedDeck::Memory(content)
+        }
+    })
 }
 
 impl From<Statistics> for CrazyflieStatistics {
@@ -155,6 +195,20 @@ mod tests {
             (r#"{"command":"imu_fault","fault":{"sda_low":9}}"#, "obeyed"),
             (r#"{"command":"imu_fault","fault":"no_acknowledge"}"#, "obeyed"),
             (r#"{"command":"imu_fault","fault":null}"#, "obeyed"),
+            (r#"{"command":"barometer_fault","fault":{"wrong_id":85}}"#, "obeyed"),
+            (r#"{"command":"barometer_fault","fault":null}"#, "obeyed"),
+            (r#"{"command":"eeprom","bytes":"30784243"}"#, "obeyed"),
+            (&format!(r#"{{"command":"eeprom","bytes":"{}"}}"#, "00".repeat(8193)), "not 8193"),
+            (r#"{"command":"eeprom_fault","fault":"no_acknowledge"}"#, "obeyed"),
+            (r#"{"command":"ranges","front_mm":700}"#, "obeyed"),
+            (r#"{"command":"decks","decks":["flow_v2","multi_ranger"]}"#, "obeyed"),
+            (r#"{"command":"decks","decks":["z_ranger_v2",{"memory":"eb00"}]}"#, "obeyed"),
+            (
+                &format!(r#"{{"command":"decks","decks":[{{"memory":"{}"}}]}}"#, "00".repeat(113)),
+                "has at most 112 bytes, this one has 113",
+            ),
+            (r#"{"command":"deck_memory_fault","fault":{"wrong_bit":6}}"#, "obeyed"),
+            (r#"{"command":"deck_memory_fault","fault":null}"#, "obeyed"),
             (r#"{"command":"radio_processor"}"#, "obeyed"),
             (
                 r#"{"command":"radio_processor","ready":false,"rts_bytes":4,"ble_shutdown_us":0,"ble_masks":true}"#,

@@ -6,12 +6,14 @@ mod bootloader;
 mod bus_tests;
 mod buses;
 mod control;
-mod flow_deck;
+mod decks;
 #[cfg(test)]
 mod tests;
 
 use bittybuzz_chips::devices::bmi088::Bmi088Fault;
-use bittybuzz_chips::devices::one_wire::DeckMemories;
+use bittybuzz_chips::devices::bmp388::Bmp388Fault;
+use bittybuzz_chips::devices::eeprom_24aa64::Eeprom24aa64Fault;
+use bittybuzz_chips::devices::one_wire::OneWireFault;
 use bittybuzz_chips::f405::{F405, PinAction};
 use bittybuzz_chips::nrf51::{BAUD, Nrf51, PeerAction};
 use bittybuzz_chips::stm32::{Pin, Pwm};
@@ -25,7 +27,8 @@ pub use crate::body::BodySettings;
 use crate::body::FlightBody;
 use crate::bootloader::FIRMWARE;
 use crate::buses::Buses;
-use crate::flow_deck::FlowDeck;
+use crate::decks::Decks;
+pub use crate::decks::{AttachedDeck, RangesMm};
 
 /// The LEDs: port, pin, and true if the LED shines while the pin is high.
 const LEDS: [(BoardLed, usize, u8, bool); 5] = [
@@ -67,8 +70,8 @@ pub struct CrazyflieVariation {
     pub unique_id: [u8; 12],
     /// The device type that Bitcraze writes to the one-time programmable area.
     pub device_type: String,
-    /// True if a Flow deck v2 is attached.
-    pub has_flow_deck: bool,
+    /// The decks on the expansion port.
+    pub decks: Vec<AttachedDeck>,
 }
 
 impl Default for CrazyflieVariation {
@@ -76,7 +79,7 @@ impl Default for CrazyflieVariation {
         CrazyflieVariation {
             unique_id: *b"\x2a\x00\x1b\x00CF21-001",
             device_type: "0;CF21".into(),
-            has_flow_deck: false,
+            decks: Vec::new(),
         }
     }
 }
@@ -174,10 +177,7 @@ impl CrazyflieBoard {
             power_is_off: false,
             events: Vec::new(),
         };
-        if settings.has_flow_deck {
-            board.buses.attach_flow_deck(Time::ZERO);
-            board.nrf51.decks = DeckMemories::new(vec![FlowDeck::memory()]);
-        }
+        board.set_decks(settings.decks);
         board.settle();
         board
     }
@@ -266,6 +266,12 @@ impl CrazyflieBoard {
         if let Some(pressure_pa) = sensed.pressure_pa {
             self.buses.set_pressure(pressure_pa, self.now);
         }
+        if let Some(flow) = sensed.flow {
+            self.buses.decks.add_flow(flow);
+        }
+        if let Some(height) = sensed.height {
+            self.buses.decks.set_height(height, self.now);
+        }
         if let Some(pose) = sensed.pose {
             self.nrf51.send_frame(&pose.frame(), self.now);
         }
@@ -338,6 +344,40 @@ impl CrazyflieBoard {
     pub fn set_imu_fault(&mut self, fault: Option<Bmi088Fault>) {
         self.buses.set_imu_fault(&mut self.f405, fault, self.now);
         self.settle();
+    }
+
+    /// Sets or ends the fault of the barometer.
+    pub fn set_barometer_fault(&mut self, fault: Option<Bmp388Fault>) {
+        self.buses.set_barometer_fault(&mut self.f405, fault, self.now);
+        self.settle();
+    }
+
+    /// Sets the distances that the range finders of the decks measure from now on, in mm: `None` for
+    /// no echo. A body replaces the one downwards.
+    pub fn set_ranges(&mut self, ranges: RangesMm) {
+        self.buses.decks.set_ranges(ranges, self.now);
+    }
+
+    /// Sets the first bytes of the EEPROM, which has as many at least. The others are erased.
+    pub fn set_eeprom(&mut self, bytes: &[u8]) {
+        self.buses.set_memory(bytes);
+    }
+
+    /// Sets or ends the fault of the EEPROM.
+    pub fn set_eeprom_fault(&mut self, fault: Option<Eeprom24aa64Fault>) {
+        self.buses.set_memory_fault(&mut self.f405, fault, self.now);
+        self.settle();
+    }
+
+    /// Plugs these decks in instead of those that the robot had. Their power is on from now on.
+    pub fn set_decks(&mut self, decks: Vec<AttachedDeck>) {
+        self.buses.decks = Decks::new(decks, self.now);
+        self.nrf51.decks = self.buses.decks.memories();
+    }
+
+    /// Sets or ends the fault of the decks' memories.
+    pub fn set_deck_memory_fault(&mut self, fault: Option<OneWireFault>) {
+        self.nrf51.decks.set_fault(fault);
     }
 
     /// Configures the radio's processor from now on.

@@ -1,4 +1,4 @@
-//! Transactions on I2C3 for the drivers of chips.
+//! Transactions on the I2C buses for the drivers of chips.
 //!
 //! # Time
 //! No function blocks, and none has a time limit: the caller sets one with its own clock, for
@@ -12,15 +12,16 @@
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::Flex;
-use embassy_stm32::interrupt::typelevel::{Binding, DMA1_STREAM2, I2C3_ER, I2C3_EV};
-use embassy_stm32::pac;
-use embassy_stm32::peripherals::{DMA1_CH2, I2C3, PA8, PC9};
+use embassy_stm32::interrupt::typelevel::{
+    Binding, DMA1_STREAM0, DMA1_STREAM2, I2C1_ER, I2C1_EV, I2C3_ER, I2C3_EV,
+};
+use embassy_stm32::peripherals::{DMA1_CH0, DMA1_CH2, I2C1, I2C3, PA8, PB6, PB7, PC9};
 use embassy_stm32::rcc;
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::i2c::{Error, ErrorKind, ErrorType, I2c, NoAcknowledgeSource, Operation};
 
 use super::recovery::Lines;
-use super::transfer::{self, Interrupts, READ_MAX, Request, WRITE_MAX};
+use super::transfer::{self, Controller, Interrupts, READ_MAX, WRITE_MAX};
 
 /// The duration of a stop condition, with a margin.
 const STOP: Duration = Duration::from_micros(10);
@@ -56,8 +57,9 @@ impl Error for BusError {
     }
 }
 
-/// The bus, which one task owns.
-pub struct I2c3 {
+/// A bus, which one task owns.
+pub struct Bus {
+    controller: &'static Controller,
     lines: Lines,
     /// True until the bus is known to be in order: before the first transaction, while one is under
     /// way, and after a failed reset.
@@ -65,9 +67,9 @@ pub struct I2c3 {
     resets: u32,
 }
 
-impl I2c3 {
-    /// Takes the peripheral and its pins. The first transaction sets them up.
-    pub fn new(
+impl Bus {
+    /// Takes the bus of the sensors on the board. The first transaction sets it up.
+    pub fn sensors(
         _i2c: Peri<'static, I2C3>,
         _stream: Peri<'static, DMA1_CH2>,
         scl: Peri<'static, PA8>,
@@ -77,12 +79,28 @@ impl I2c3 {
         + Binding<DMA1_STREAM2, Interrupts>,
     ) -> Self {
         rcc::enable_and_reset::<I2C3>();
-        transfer::enable(irq);
-        I2c3 {
-            lines: Lines { scl: Flex::new(scl), sda: Flex::new(sda) },
-            is_in_doubt: true,
-            resets: 0,
-        }
+        transfer::enable_i2c3(irq);
+        Bus::new(&transfer::I2C3, Flex::new(scl), Flex::new(sda))
+    }
+
+    /// Takes the bus of the expansion port. The first transaction sets it up.
+    pub fn expansion(
+        _i2c: Peri<'static, I2C1>,
+        _stream: Peri<'static, DMA1_CH0>,
+        scl: Peri<'static, PB6>,
+        sda: Peri<'static, PB7>,
+        irq: impl Binding<I2C1_EV, Interrupts>
+        + Binding<I2C1_ER, Interrupts>
+        + Binding<DMA1_STREAM0, Interrupts>,
+    ) -> Self {
+        rcc::enable_and_reset::<I2C1>();
+        transfer::enable_i2c1(irq);
+        Bus::new(&transfer::I2C1, Flex::new(scl), Flex::new(sda))
+    }
+
+    fn new(controller: &'static Controller, scl: Flex<'static>, sda: Flex<'static>) -> Self {
+        let lines = Lines { i2c: controller.i2c, scl, sda };
+        Bus { controller, lines, is_in_doubt: true, resets: 0 }
     }
 
     /// Returns the number of times that the bus was reset, at the first transaction and then after
@@ -98,7 +116,7 @@ impl I2c3 {
 
     async fn reset(&mut self) -> Result<(), BusError> {
         self.is_in_doubt = true;
-        transfer::abort();
+        self.controller.abort();
         self.resets += 1;
         self.lines.reset().await?;
         self.is_in_doubt = false;
@@ -110,23 +128,28 @@ impl I2c3 {
     /// not wait as a rule.
     async fn wait_until_idle(&mut self) -> Result<(), BusError> {
         if !self.is_in_doubt {
-            if is_idle() {
+            if self.is_idle() {
                 return Ok(());
             }
             Timer::after(STOP).await;
-            if is_idle() {
+            if self.is_idle() {
                 return Ok(());
             }
         }
         self.reset().await
     }
 
-    async fn perform(&mut self, request: Request) -> Result<(), BusError> {
+    async fn perform(
+        &mut self,
+        address: u8,
+        written: &[u8],
+        read_count: usize,
+    ) -> Result<(), BusError> {
         self.wait_until_idle().await?;
         // If the caller drops this future, the next transaction resets the bus.
         self.is_in_doubt = true;
-        transfer::begin(request);
-        match transfer::end().await {
+        self.controller.begin(address, written, read_count);
+        match self.controller.end().await {
             Ok(()) => {
                 self.is_in_doubt = false;
                 Ok(())
@@ -134,19 +157,19 @@ impl I2c3 {
             Err(error) => self.reset().await.and(Err(error)),
         }
     }
+
+    /// Returns true if no condition is requested and both lines are high.
+    fn is_idle(&self) -> bool {
+        let i2c = self.controller.i2c;
+        !i2c.cr1().read().stop() && !i2c.sr2().read().busy()
+    }
 }
 
-/// Returns true if no condition is requested and both lines are high.
-fn is_idle() -> bool {
-    let i2c = pac::I2C3;
-    !i2c.cr1().read().stop() && !i2c.sr2().read().busy()
-}
-
-impl ErrorType for I2c3 {
+impl ErrorType for Bus {
     type Error = BusError;
 }
 
-impl I2c for I2c3 {
+impl I2c for Bus {
     /// Performs a write, a read, or a write and then a read.
     async fn transaction(
         &mut self,
@@ -159,15 +182,12 @@ impl I2c for I2c3 {
             [Operation::Write(written), Operation::Read(read)] => (written, read),
             _ => return Err(BusError::Unsupported),
         };
-        let mut bytes = [0; WRITE_MAX];
-        let place = bytes.get_mut(..written.len()).ok_or(BusError::Unsupported)?;
-        place.copy_from_slice(written);
-        if read.len() > READ_MAX || written.is_empty() && read.is_empty() {
+        let is_too_long = written.len() > WRITE_MAX || read.len() > READ_MAX;
+        if is_too_long || written.is_empty() && read.is_empty() {
             return Err(BusError::Unsupported);
         }
-        let (write_count, read_count) = (written.len(), read.len());
-        self.perform(Request { address, bytes, write_count, read_count }).await?;
-        transfer::copy_received(read);
+        self.perform(address, written, read.len()).await?;
+        self.controller.copy_received(read);
         Ok(())
     }
 }
