@@ -31,6 +31,7 @@ mod globals;
 mod ground;
 mod groups;
 mod hosts;
+mod images;
 mod inspection;
 mod kilobot_motion;
 mod links;

@@ -53,11 +53,12 @@ fn digest(files: &dyn Files, path: &Path) -> u64 {
     let compiled = scenario.groups.iter().map(|group| {
         let robots = bittybuzz_robot_files::all_shipped();
         let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
-        let text = files.read(&group.script, SOURCE_BYTES_MAX).unwrap();
+        let script = group.script.as_ref().unwrap();
+        let text = files.read(script, SOURCE_BYTES_MAX).unwrap();
         let text = String::from_utf8(text).unwrap();
         let folders = embedded.include_folder().map(Path::to_owned).into_iter().collect();
         let loader = IncludeLoader { folders, ..IncludeLoader::new(files) };
-        let compiled = compile(&group.script, text, &loader, &options);
+        let compiled = compile(script, text, &loader, &options);
         let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
         Program { image, symbols: compiled.symbols, sources: Arc::new(compiled.sources) }
     });

@@ -181,7 +181,7 @@ fn grade(path: &Path, desk: &Desk, scenario: &Path, text: &str) -> Result<Grade,
         handed_in.scripts.iter().map(|script| (folder.join(&script.name), script.text.clone()));
     let scripts: Vec<(PathBuf, String)> = scripts.collect();
     let setup = set_up(desk, text, &[], &scripts).map_err(|errors| first(&errors))?;
-    let own: Vec<&Path> = setup.scenario.programs().map(|(_, script)| script).collect();
+    let own: Vec<&Path> = setup.scenario.scripts().map(|(_, script)| script).collect();
     if let Some((other, _)) = scripts.iter().find(|(path, _)| !own.contains(&path.as_path())) {
         return Err(format!("no robot of the assignment has the script `{}`", other.display()));
     }

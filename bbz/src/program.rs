@@ -8,6 +8,8 @@ use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bittybuzz_arena::run;
+use bittybuzz_arena::scenario::Group;
 use bittybuzz_compiler::bo;
 use bittybuzz_compiler::bo::error::BoError;
 use bittybuzz_compiler::compile::{self, Compiled, Options};
@@ -161,6 +163,13 @@ impl LoadedProgram {
             report::diagnostics(sources, diagnostics);
             Ok(())
         })
+    }
+
+    /// Returns the program of robots that run a foreign image.
+    pub fn empty(group: &Group) -> LoadedProgram {
+        let run::Program { image, symbols, .. } = run::Program::empty(group);
+        let (profile, messages) = (group.robot.profile, Vec::new());
+        LoadedProgram { image, profile, symbols, sources: None, messages }
     }
 
     /// Opens a program as [`LoadedProgram::open`] does, and hands the compiler's messages to `report`.

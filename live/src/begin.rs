@@ -22,7 +22,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
     let groups = scenario.groups.iter().map(|group| GroupDescription {
         name: Some(group.name.clone()),
         robot: Some(group.robot.name.clone()),
-        script: Some(relative(&scenario.folder, &group.script)),
+        script: group.script.as_ref().map(|script| relative(&scenario.folder, script)),
         count: group.count,
         first_id: group.first_id,
         radius: group.radius_mm(),

@@ -26,7 +26,8 @@ pub fn set_up(
         return Err(vec![CompilerMessage::error(text)]);
     }
     let (mut programs, mut errors) = (Vec::new(), Vec::new());
-    for (group, script) in scenario.programs() {
+    // The robots run in virtual machines, so that each has a script.
+    for (group, script) in scenario.scripts() {
         let own = scripts.iter().find(|(path, _)| path == script);
         match program(workshop, script, own.map(|(_, text)| &**text), group) {
             Ok(program) => programs.push(program),

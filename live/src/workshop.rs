@@ -245,7 +245,7 @@ fn is_script(path: &Path) -> bool {
 /// Returns the scripts of a scenario, each once, without images and object files.
 pub fn scripts(scenario: &Scenario) -> Vec<&Path> {
     let mut scripts: Vec<&Path> = Vec::new();
-    for (_, path) in scenario.programs() {
+    for (_, path) in scenario.scripts() {
         if is_script(path) && !scripts.contains(&path) {
             scripts.push(path);
         }
@@ -258,5 +258,5 @@ pub fn groups_with<'a>(
     scenario: &'a Scenario,
     script: &'a Path,
 ) -> impl Iterator<Item = &'a Group> {
-    scenario.programs().filter(move |(_, of)| *of == script).map(|(group, _)| group)
+    scenario.scripts().filter(move |(_, of)| *of == script).map(|(group, _)| group)
 }

@@ -118,7 +118,7 @@ fn start(may_write: bool) -> (Live, Rc<RefCell<Vec<String>>>) {
         .with("x/secret.bzz", "# Of no robot.\n");
     let models = bittybuzz_robot_models::all();
     let scenario = Scenario::open_in(&files, "x/s.toml".as_ref(), &[], &models).unwrap();
-    let own = scenario.programs().map(|(group, script)| program(&files, script, group));
+    let own = scenario.scripts().map(|(group, script)| program(&files, script, group));
     let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
     let files = Shared::new(files.into());
     let drafts = Shared::default();
@@ -256,7 +256,7 @@ fn assert_replays(live: &mut Live) {
     let files = MemoryFiles::default().with("session.toml", saved["text"].as_str().unwrap());
     let models = bittybuzz_robot_models::all();
     let scenario = Scenario::open_in(&files, "session.toml".as_ref(), &[], &models).unwrap();
-    let own = scenario.programs().map(|(group, script)| program(&files, script, group));
+    let own = scenario.scripts().map(|(group, script)| program(&files, script, group));
     let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
     let setup = Setup::new(scenario, programs).unwrap();
     let mut run = Simulation::new(Arc::new(setup), 1, 1).unwrap();

@@ -54,7 +54,7 @@ fn live() -> Live {
 fn live_of(text: &str) -> Live {
     let (files, models) = (files().with("s.toml", text), bittybuzz_robot_models::all());
     let scenario = Scenario::open_in(&files, "s.toml".as_ref(), &[], &models).unwrap();
-    let own = scenario.programs().map(|(group, script)| program(&files, script, group));
+    let own = scenario.scripts().map(|(group, script)| program(&files, script, group));
     let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
     let compiler = Arc::new(move |script: &Path, group: &Group| program(&files, script, group));
     let setup = Setup::new(scenario, programs).unwrap().with_compiler(compiler);

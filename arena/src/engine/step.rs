@@ -5,6 +5,7 @@ use core::convert::Infallible;
 use super::body::{BodySurroundings, Moment};
 use super::brain::{Brain, Controls, Io, Scene, Sensors, TickFrames};
 use super::environment::Ground;
+use super::error::UnknownRobot;
 use super::geometry::Pose;
 use super::herd::{Cohort, Herd};
 use super::id::RobotId;
@@ -135,14 +136,20 @@ impl<B: Brain> World<B> {
     /// Makes robots fail that have crashed.
     fn crash(&mut self) {
         for id in self.crowd.crashed().into_iter().chain(self.broken()) {
-            if self.robots[usize::from(id.0)].state == RobotState::Failed {
-                continue;
-            }
-            self.fail(id).expect("the crowd has only robots of this world");
-            self.robots[usize::from(id.0)].crashes += 1;
-            self.statistics.crashes += 1;
-            self.statistics.first_crash.get_or_insert((self.now, id));
+            self.crash_robot(id).expect("the crowd has only robots of this world");
         }
+    }
+
+    /// Makes a robot fail that has crashed, unless it has failed before.
+    pub fn crash_robot(&mut self, id: RobotId) -> Result<(), UnknownRobot> {
+        if self.robot(id).is_some_and(|robot| robot.state == RobotState::Failed) {
+            return Ok(());
+        }
+        self.fail(id)?;
+        self.robots[usize::from(id.0)].crashes += 1;
+        self.statistics.crashes += 1;
+        self.statistics.first_crash.get_or_insert((self.now, id));
+        Ok(())
     }
 
     /// Returns the robots whose bodies broke without a contact with a robot or a wall.

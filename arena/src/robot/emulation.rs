@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use bittybuzz_compiler::{fit, refusal};
 use bittybuzz_emulation::message::{Command, RobotStatistics};
-use bittybuzz_emulation::{ClientError, Emulator};
+use bittybuzz_emulation::{ClientError, Emulator, MemoryMap};
 use bittybuzz_robot_spec::{Layout, Robot};
 
 use crate::engine::{LinkStatistics, Loss, Media, Pose, RobotView};
@@ -95,6 +95,18 @@ pub trait Emulation: Debug + Send + Sync {
     /// Returns the share of packets that the emulator must lose to reproduce a loss of the medium.
     fn loss(&self, loss: Loss) -> f64 {
         loss.near.into()
+    }
+
+    /// Returns the memory of the chip, if the emulator gives robots a body, so that they can run
+    /// any image for that chip; `None` if only the project's firmware runs.
+    fn image_memory(&self) -> Option<MemoryMap> {
+        None
+    }
+
+    /// Returns the commands that give a robot its equipment and a body that stands at this pose.
+    fn body(&self, pose: &Pose, seed: u64) -> Vec<Command> {
+        let _ = (pose, seed);
+        Vec::new()
     }
 
     /// Starts the programs of robots that were just switched on.

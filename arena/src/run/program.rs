@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::Symbols;
 
@@ -30,13 +32,24 @@ pub struct LoadedProgram {
     pub program: Program,
     /// The group whose robots can run it.
     pub group: GroupId,
-    /// The script, image or object file.
-    pub script: PathBuf,
+    /// The script, image or object file; `None` for robots without a script.
+    pub script: Option<PathBuf>,
     /// The data that its robots share.
     pub context: Arc<GroupContext>,
 }
 
 impl Program {
+    /// Returns the program of robots that run a foreign image: it does nothing.
+    pub fn empty(group: &Group) -> Self {
+        let profile = Some(group.robot.profile);
+        let options = Options { profile, ..Options::default() };
+        let files = MemoryFiles::default();
+        let compiled = compile(Path::new(""), String::new(), &IncludeLoader::new(&files), &options);
+        let image = compiled.image.expect("a script without text has no mistakes");
+        let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
+        Program { image, symbols, sources }
+    }
+
     /// Returns the number of a global.
     pub fn global(&self, name: &str) -> Option<u16> {
         let globals = &self.symbols.as_ref()?.globals;

@@ -178,16 +178,20 @@ impl Setup {
         self.programs.iter().map(|loaded| &loaded.program)
     }
 
-    /// Returns the group and the script of each program: those of the scenario, then those that
+    /// Returns each script with the group that runs it: those of the scenario, then those that
     /// commands have loaded.
     pub fn scripts(&self) -> impl Iterator<Item = (&Group, &Path)> {
         let programs = self.programs.iter();
-        programs.map(|loaded| (self.scenario.group(loaded.group), &*loaded.script))
+        programs.filter_map(|loaded| {
+            Some((self.scenario.group(loaded.group), loaded.script.as_deref()?))
+        })
     }
 
     /// Returns the program that robots of a group run for a script, if it is loaded.
     pub(super) fn program_of(&self, group: GroupId, script: &Path) -> Option<ProgramId> {
-        let is_it = |loaded: &LoadedProgram| loaded.group == group && loaded.script == script;
+        let is_it = |loaded: &LoadedProgram| {
+            loaded.group == group && loaded.script.as_deref() == Some(script)
+        };
         self.programs.iter().position(is_it).map(ProgramId)
     }
 
@@ -245,7 +249,7 @@ impl Setup {
         for (plot, (quantity, _)) in self.plots.iter_mut().zip(&self.scenario.output.plot) {
             plot.learn(quantity, &program);
         }
-        self.programs.push(LoadedProgram { program, group, script, context });
+        self.programs.push(LoadedProgram { program, group, script: Some(script), context });
         Ok(())
     }
 
@@ -330,15 +334,16 @@ fn check_function(
 /// Returns the programs of a scenario with the data of the robots that run them.
 fn loaded(scenario: &Scenario, programs: &[Program]) -> Vec<LoadedProgram> {
     let ids = joining_ids(scenario);
-    let own = (0..).map(GroupId).zip(&scenario.groups).map(|(id, group)| (id, &group.script));
-    let loads = scenario.loads.iter().map(|load| (load.group, &load.script));
-    let scripts: Vec<(GroupId, &PathBuf)> = own.chain(loads).collect();
+    let own = (0..).map(GroupId).zip(&scenario.groups);
+    let own = own.map(|(id, group)| (id, group.script.as_ref()));
+    let loads = scenario.loads.iter().map(|load| (load.group, Some(&load.script)));
+    let scripts: Vec<(GroupId, Option<&PathBuf>)> = own.chain(loads).collect();
     assert_eq!(scripts.len(), programs.len(), "a scenario needs a program for each script");
     let loaded = scripts.into_iter().zip(programs).enumerate();
     let loaded = loaded.map(|(number, ((group, script), program))| {
         let of = scenario.group(group);
         let context = context(of, (ProgramId(number), program), ids.clone());
-        LoadedProgram { program: program.clone(), group, script: script.clone(), context }
+        LoadedProgram { program: program.clone(), group, script: script.cloned(), context }
     });
     loaded.collect()
 }

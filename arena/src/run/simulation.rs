@@ -586,7 +586,9 @@ impl Simulation {
         let news = self.news.clone();
         let robot = match of.backend {
             Backend::Vm => SimRobot::new(&*of.model, context, news, own_id, seed),
-            Backend::Firmware { .. } => Ok(SimRobot::emulated(context, news, own_id)),
+            Backend::Firmware { .. } | Backend::Image(_) => {
+                Ok(SimRobot::emulated(context, news, own_id))
+            }
         };
         let mut robot = robot.expect("the machine accepted the image in the setup");
         let [slowest, fastest] = of.clock_skew;

@@ -100,6 +100,18 @@ pub enum ScenarioCause {
     NoEffect { robot: String, function: String },
     /// The firmware of these robots does not exist or cannot be used.
     NoFirmware { robots: &'static [&'static str], path: String, reason: String },
+    /// An image for robots whose emulator gives them no body.
+    NoImages { robot: String },
+    /// The image of a group does not exist or cannot be used.
+    NoImage { path: String, reason: String },
+    /// A key without effect on robots that run a foreign image.
+    NotWithImage { key: &'static str },
+    /// A door at a port that exceeds 16 bits.
+    PortsExhausted { last: u32 },
+    /// Two robots with doors at one port.
+    DuplicateDoor { port: u32, line: usize },
+    /// The door of a robot cannot be opened.
+    NoDoor { robot: u16, reason: String },
     /// Emulated robots and robots in virtual machines of one model.
     UnlikeBackends { line: usize },
     /// Two groups of one model with different firmware.
@@ -259,6 +271,24 @@ impl fmt::Display for ScenarioCause {
             }
             ScenarioCause::NoFirmware { path, reason, .. } => {
                 write!(f, "cannot use firmware `{path}`: {reason}")
+            }
+            ScenarioCause::NoImages { robot } => {
+                write!(f, "a `{robot}` runs no foreign `image`")
+            }
+            ScenarioCause::NoImage { path, reason } => {
+                write!(f, "cannot use the image `{path}`: {reason}")
+            }
+            ScenarioCause::NotWithImage { key } => {
+                write!(f, "`{key}` has no effect on robots with an `image`")
+            }
+            ScenarioCause::PortsExhausted { last } => {
+                write!(f, "the door of the last robot would have port {last}")
+            }
+            ScenarioCause::DuplicateDoor { port, .. } => {
+                write!(f, "two robots would have a door at port {port}")
+            }
+            ScenarioCause::NoDoor { robot, reason } => {
+                write!(f, "robot {robot} gets no door: {reason}")
             }
             ScenarioCause::UnlikeBackends { line } => {
                 write!(
@@ -429,6 +459,27 @@ impl toml_reader::Cause for ScenarioCause {
                 "`cargo xtask build {}` builds it and says where it is; `firmware` names another one",
                 robots.join("` or `cargo xtask build ")
             )),
+            ScenarioCause::NoImages { .. } => Some(
+                "robot = \"crazyflie\" does; `firmware` names another build of this project's firmware"
+                    .to_owned(),
+            ),
+            ScenarioCause::NoImage { .. } => Some(
+                "name the ELF file of a firmware for the STM32F405 of a Crazyflie".to_owned(),
+            ),
+            ScenarioCause::NotWithImage { key: "script" } => Some(
+                "leave out `script`, or leave out `image`: this project's firmware runs scripts"
+                    .to_owned(),
+            ),
+            ScenarioCause::NotWithImage { key } => Some(format!("leave out `{key}`")),
+            ScenarioCause::PortsExhausted { .. } => {
+                Some("ports are 1 to 65535; cflib looks for robots at 19850 to 19859".to_owned())
+            }
+            ScenarioCause::DuplicateDoor { line, .. } => Some(format!(
+                "each robot has a port of its own, from `door` on; the other is in line {line}"
+            )),
+            ScenarioCause::NoDoor { .. } => Some(
+                "choose another `door`, or end the program that uses the port".to_owned(),
+            ),
             ScenarioCause::InTheDark { .. } => Some(
                 "it lights 838 mm by 518 mm around the middle of the world; `area` keeps random places in there"
                     .to_owned(),
@@ -442,7 +493,7 @@ impl toml_reader::Cause for ScenarioCause {
                 Some("all robots of a kind in a world need the same `backend`".to_owned())
             }
             ScenarioCause::UnlikeFirmware { .. } => {
-                Some("all of a kind that are emulated in a world need the same `firmware`".to_owned())
+                Some("all of a kind that are emulated in a world need the same `firmware`, or the same `image`".to_owned())
             }
             ScenarioCause::NotBridged => Some("say backend = \"firmware\"".to_owned()),
             ScenarioCause::NotEmulated { .. } => {

@@ -289,6 +289,12 @@ pub fn action(
         entry.fail(ScenarioCause::NotEmulated { key });
         return None;
     }
+    if let WorldChange::Move { robots, .. } = &action
+        && !robot_index.can_be_moved(robots)
+    {
+        entry.fail(ScenarioCause::NotWithImage { key });
+        return None;
+    }
     Some(action)
 }
 

@@ -36,8 +36,9 @@ pub struct Group {
     pub robot_file: Option<PathBuf>,
     /// The model of the robots, with the settings of this group.
     pub model: Arc<dyn RobotModel>,
-    /// The script, image or object file that they run.
-    pub script: PathBuf,
+    /// The script, image or object file that they run; `None` exactly for robots that run a foreign
+    /// image ([`Backend::Image`]).
+    pub script: Option<PathBuf>,
     /// The program that runs the script.
     pub backend: Backend,
     /// The number of robots.

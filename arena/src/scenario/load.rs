@@ -17,11 +17,17 @@ pub struct Load {
 
 impl Scenario {
     /// Returns the group and the script of each program of a run: those of the groups, then those
-    /// that events load, in the order of the file. Programs are numbered in this order.
-    pub fn programs(&self) -> impl Iterator<Item = (&Group, &Path)> {
-        let own = self.groups.iter().map(|group| (group, group.script.as_path()));
+    /// that events load, in the order of the file. Programs are numbered in this order. A group that
+    /// runs an image has a program without a script ([`Program::empty`](crate::run::Program::empty)).
+    pub fn programs(&self) -> impl Iterator<Item = (&Group, Option<&Path>)> {
+        let own = self.groups.iter().map(|group| (group, group.script.as_deref()));
         let loaded = self.loads.iter();
-        own.chain(loaded.map(|load| (self.group(load.group), &*load.script)))
+        own.chain(loaded.map(|load| (self.group(load.group), Some(&*load.script))))
+    }
+
+    /// Returns the scripts of [`programs`](Self::programs).
+    pub fn scripts(&self) -> impl Iterator<Item = (&Group, &Path)> {
+        self.programs().filter_map(|(group, script)| Some((group, script?)))
     }
 }
 
@@ -61,7 +67,7 @@ pub fn loads(events: &[ScheduledEvent], groups: &[Group]) -> Vec<Load> {
         let WorldChange::Load { robots, script, .. } = &event.action else { continue };
         for group in groups_of(groups, robots) {
             let load = Load { group, script: script.clone() };
-            if groups[group.0].script != *script && !loads.contains(&load) {
+            if groups[group.0].script.as_ref() != Some(script) && !loads.contains(&load) {
                 loads.push(load);
             }
         }

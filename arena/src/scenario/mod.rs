@@ -41,7 +41,7 @@ use folder::Folder;
 
 pub use adversary::{Adversary, AdversaryKind};
 pub use assignment::Assignment;
-pub use backend::Backend;
+pub use backend::{Backend, DoorSection, ImageSection};
 pub use bridge::BridgeSection;
 pub(crate) use error::settings_error;
 pub use error::{ScenarioCause, ScenarioError};

@@ -11,7 +11,7 @@ use bittybuzz_robot_spec::{NumberProfile, OnFault, Robot, RobotErrors};
 use bittybuzz_toml_reader::TomlError;
 use toml::de::DeValue;
 
-use crate::robot::{Emulation, Models, RobotModel, common_effect, step_rates};
+use crate::robot::{Emulation, HeldRobot, Models, RobotModel, common_effect, step_rates};
 
 use super::backend::{self, Backend};
 use super::body;
@@ -81,16 +81,26 @@ fn group(
     check_rate(section, robot.as_ref());
     let model = robot.as_ref().and_then(|robot| body::of_group(section, robot, models));
     let link = model.as_ref().map(|model| medium::link(section, model.keys().link));
-    let script = section.required("script").and_then(|entry| script(&entry, folder));
-    let backend = backend::of_group(section, model.as_deref(), robot.as_ref(), folder);
-    if let (Some(robot), Some(model), Some(Backend::Vm)) = (&robot, &model, &backend) {
-        check_effects(section, robot, &**model);
-    }
+    // Robots with a foreign image have no script.
+    let script = match section.get("image") {
+        Some(_) => Some(None),
+        None => section.required("script").and_then(|entry| script(&entry, folder)).map(Some),
+    };
     let count = section.integer("count", COUNT);
     let listed = section.get("positions").and_then(|entry| entry.list());
     let is_sized = count.is_some() || section.get("count").is_none();
     // The number of places replaces an invalid count, so that no further errors follow from it.
     let count = count.unwrap_or(listed.map_or(1, |listed| listed.len() as u32));
+    let backend = backend::of_group(section, model.as_deref(), robot.as_ref(), folder, count);
+    if let (Some(robot), Some(model), Some(Backend::Vm)) = (&robot, &model, &backend) {
+        check_effects(section, robot, &**model);
+    }
+    let is_image = matches!(backend, Some(Backend::Image(_)));
+    // The emulator moves the bodies of such robots.
+    let model = match is_image {
+        true => model.map(|model| Arc::new(HeldRobot::new(model)) as Arc<dyn RobotModel>),
+        false => model,
+    };
     let name = name(section, robot.as_ref(), robot_index);
     let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(robot_index.next_id());
     let ids = first_id..first_id + count;
@@ -104,10 +114,11 @@ fn group(
         pointed(ScenarioCause::DuplicateId { id, line });
     }
     robot_index.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
-    if matches!(backend, Some(Backend::Firmware { .. })) {
+    if matches!(backend, Some(Backend::Firmware { .. } | Backend::Image(_))) {
         let limits = |emulation: Arc<dyn Emulation>| EmulatorLimits {
             counts_steps: emulation.counts_steps(),
             has_switch: emulation.has_switch(),
+            can_be_moved: !is_image,
         };
         robot_index
             .last_is_emulated(model.as_ref().and_then(|model| model.emulation()).map(limits));

@@ -97,6 +97,8 @@ struct Known {
 pub struct EmulatorLimits {
     pub counts_steps: bool,
     pub has_switch: bool,
+    /// True if the world, and not the emulator, places the bodies.
+    pub can_be_moved: bool,
 }
 
 impl Known {
@@ -186,6 +188,11 @@ impl RobotIndex {
     /// supports.
     pub fn have_switches(&self, robots: &Selection) -> bool {
         !self.any_of(robots, |group| group.emulated.is_some_and(|emulated| !emulated.has_switch))
+    }
+
+    /// Returns true if events can move all of these robots.
+    pub fn can_be_moved(&self, robots: &Selection) -> bool {
+        !self.any_of(robots, |group| group.emulated.is_some_and(|emulated| !emulated.can_be_moved))
     }
 
     /// Returns true if a quantity can be read from all of these robots.

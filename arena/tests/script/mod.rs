@@ -28,7 +28,7 @@ pub fn read(folder: &Path, text: &str) -> (Scenario, Vec<Program>) {
     let read = Scenario::parse(text, "test.toml", folder, &[], &bittybuzz_robot_models::all());
     let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}\n{text}"));
     let program = |(group, script): (&Group, &Path)| program(script, group).unwrap();
-    let programs = scenario.programs().map(program).collect();
+    let programs = scenario.scripts().map(program).collect();
     (scenario, programs)
 }
 

@@ -43,7 +43,7 @@ fn live() -> Live {
         let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
         Program { image: compiled.image.unwrap(), symbols, sources }
     };
-    let programs: Vec<Program> = scenario.programs().map(program).collect();
+    let programs: Vec<Program> = scenario.scripts().map(program).collect();
     let setup = Arc::new(Setup::new(scenario, programs).unwrap());
     let session = Session::new(Simulation::new(setup, 1, 1).unwrap(), 4);
     Live::new(session, SCENARIO.to_owned())

@@ -35,7 +35,7 @@ use super::live::PATIENCE;
 use super::open::{self, Opened};
 use super::progress::Progress;
 use super::variants::parts;
-use super::{summary, table};
+use super::{doors, summary, table};
 
 /// A reason why the runs cannot be a batch.
 #[derive(Debug, thiserror::Error)]
@@ -43,6 +43,9 @@ enum BatchError {
     /// Values of `--set` that change the columns of the table.
     #[error("the values of `--set` change which columns the table has")]
     DifferentColumns,
+    /// Robots with doors, which are at the same ports in each run.
+    #[error("robots with a `door` for ground stations run once, not in a batch")]
+    Doors,
     /// `--resume` with a table that goes to a stream.
     #[error("`{0}` is no file, so there is no batch to resume")]
     NothingToResume(PathBuf),
@@ -52,6 +55,7 @@ impl Problem for BatchError {
     fn help(&self) -> Option<String> {
         let help = match self {
             BatchError::DifferentColumns => "use `bbz sim` once for each, with a table of its own",
+            BatchError::Doors => "leave out `door`, or --runs, --csv and further values of --set",
             BatchError::NothingToResume(_) => {
                 "name a file, next to which finished runs can be kept"
             }
@@ -114,6 +118,9 @@ pub fn run(
     let columns = metrics::names(&first.opened.scenario);
     if variants.iter().any(|variant| metrics::names(&variant.opened.scenario) != columns) {
         return Err(BatchError::DifferentColumns.into());
+    }
+    if variants.iter().any(|variant| doors::exist(&variant.opened.scenario)) {
+        return Err(BatchError::Doors.into());
     }
     let seeds = arguments.runs.unwrap_or(1);
     let runs: Vec<BatchRun> = variants

@@ -71,7 +71,7 @@ fn each(
             ticks_per_second: TICKS_PER_SECOND,
             has_robots: true,
         });
-        take(group, (number >= own).then_some(script), checked);
+        take(group, script.filter(|_| number >= own), checked);
     }
 }
 

@@ -65,7 +65,7 @@ impl Desk {
             .fence
             .with_folders(environment.iter().map(PathBuf::as_path))
             .with_files(inputs.paths());
-        let scripts = opened.scenario.programs().map(|(_, script)| script);
+        let scripts = opened.scenario.scripts().map(|(_, script)| script);
         let scripts = scripts.filter(|script| script.extension().is_some_and(|end| end == "bzz"));
         // A script that stands in the scenario has no file.
         let writable = scripts.filter_map(|script| Some((script, fs::canonicalize(script).ok()?)));

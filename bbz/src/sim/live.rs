@@ -18,7 +18,7 @@ use super::arguments::SimArguments;
 use super::open;
 use super::progress::Progress;
 use super::recorder::Recorder;
-use super::{checks, summary};
+use super::{checks, doors, summary};
 
 /// The longest time from the end of an emulator by Ctrl-C until this process handles Ctrl-C.
 pub const PATIENCE: Duration = Duration::from_millis(200);
@@ -41,6 +41,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
             return Ok(ExitStatus::CompileError);
         }
     };
+    doors::print(&opened.scenario);
     let mut interrupt = Interrupt::install()?;
     let mut output = ScriptOutput::new();
     let is_quiet = arguments.headless || arguments.json;

@@ -4,6 +4,7 @@ mod arguments;
 mod batch;
 mod checks;
 pub mod desk;
+mod doors;
 mod journal;
 mod live;
 mod open;

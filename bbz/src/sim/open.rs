@@ -66,12 +66,16 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
     };
     let mut programs: Vec<Option<LoadedProgram>> = Vec::new();
     for (number, (group, script)) in scenario.programs().enumerate() {
-        let is_same = |(other, of): (&Group, &Path)| (of, &other.robot) == (script, &group.robot);
+        let is_same =
+            |(other, of): (&Group, Option<&Path>)| (of, &other.robot) == (script, &group.robot);
         let same = scenario.programs().take(number).position(is_same);
-        let program = match same {
+        let program = match (same, script) {
             // The mistakes of this program were printed already.
-            Some(same) => programs[same].clone(),
-            None => LoadedProgram::open(script, include, &RobotChoice::of_group(group))?,
+            (Some(same), _) => programs[same].clone(),
+            (None, Some(script)) => {
+                LoadedProgram::open(script, include, &RobotChoice::of_group(group))?
+            }
+            (None, None) => Some(LoadedProgram::empty(group)),
         };
         programs.push(program);
     }
@@ -111,7 +115,7 @@ impl Opened {
         let mut inputs = Inputs::default();
         inputs.add(&self.path);
         for ((group, script), program) in self.scenario.programs().zip(&self.programs) {
-            program.add_inputs(script, &mut inputs);
+            script.into_iter().for_each(|script| program.add_inputs(script, &mut inputs));
             group.robot_file.iter().for_each(|file| inputs.add(file));
             group.backend.firmware().into_iter().for_each(|image| inputs.add(image));
         }
@@ -151,6 +155,7 @@ impl Opened {
             Err(run::SetupError::Refused { program, cause }) => {
                 let refused = self.scenario.programs().nth(program.0);
                 let (group, script) = refused.expect("the setup has the programs of the scenario");
+                let script = script.expect("the machine accepts a program without a script");
                 let message = format!("`{}` {}", script.display(), refusal::sentence(&cause));
                 report::mistake(&message, Some(&group.place), None);
                 None

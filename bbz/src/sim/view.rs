@@ -12,7 +12,7 @@ use crate::view;
 use super::arguments::{SEED, SimArguments};
 use super::desk::Desk;
 use super::unsaved::UnsavedFiles;
-use super::{open, values};
+use super::{doors, open, values};
 
 /// A value of `--set` that cannot be written into the text of the scenario.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +46,7 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
             return Ok(ExitStatus::CompileError);
         }
     };
+    doors::print(&opened.scenario);
     let live = Live::new(Session::new(simulation, COPIES), text).with_workshop(desk);
     let mut live = live.with_unsaved(UnsavedFiles::new());
     view::show(&mut live, arguments.no_browser)

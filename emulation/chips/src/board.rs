@@ -28,17 +28,28 @@ pub struct MemoryMap {
     pub read_only: &'static [(u32, u32)],
 }
 
-/// First addresses of RAM and of core-coupled memory.
+/// First addresses of flash, of RAM and of core-coupled memory.
+const FLASH: u32 = 0x0800_0000;
 const RAM: u32 = 0x2000_0000;
 const CCM: u32 = 0x1000_0000;
 
 impl MemoryMap {
+    /// Returns the first address and the size of the RAM and of the core-coupled memory.
+    pub fn rams(&self) -> impl Iterator<Item = (u32, u32)> {
+        [(RAM, self.ram), (CCM, self.ccm)].into_iter()
+    }
+
+    /// Returns the first address and the size of the flash and of each RAM.
+    pub fn regions(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.rams().chain([(FLASH, self.flash)])
+    }
+
     /// Returns true if `length` bytes from `address` on are RAM.
     pub fn is_ram(&self, address: u32, length: usize) -> bool {
         let is_in = |start: u32, size: u32| {
             address.checked_sub(start).is_some_and(|at| at as usize + length <= size as usize)
         };
-        is_in(RAM, self.ram) || is_in(CCM, self.ccm)
+        self.rams().any(|(start, size)| is_in(start, size))
     }
 
     /// Returns true if the core may write at this address and the board handles the access.

@@ -123,15 +123,35 @@ impl Emulator {
         &mut self,
         commands: &[(usize, Command)],
         until: Duration,
-        mut on_event: impl FnMut(RobotEvent),
+        on_event: impl FnMut(RobotEvent),
     ) -> Result<(Duration, Pause), ClientError> {
+        self.begin_run(commands, until)?;
+        self.finish_run(commands.len(), on_event)
+    }
+
+    /// Sends commands and the command to run, as [`run_all_after`](Self::run_all_after) does, and
+    /// does not wait: several programs run at the same time until the caller has called
+    /// [`finish_run`](Self::finish_run) for each.
+    pub fn begin_run(
+        &mut self,
+        commands: &[(usize, Command)],
+        until: Duration,
+    ) -> Result<(), ClientError> {
         let mut lines = String::new();
         for (robot, command) in commands {
             lines += &line_of(*robot, command)?;
         }
         lines += &line_of(0, &Command::Run { until })?;
-        self.write_lines(&lines)?;
-        for _ in commands {
+        self.write_lines(&lines)
+    }
+
+    /// Waits for the end of a run that began after `commands` commands.
+    pub fn finish_run(
+        &mut self,
+        commands: usize,
+        mut on_event: impl FnMut(RobotEvent),
+    ) -> Result<(Duration, Pause), ClientError> {
+        for _ in 0..commands {
             match self.reply(&mut on_event)? {
                 Reply::Ok => {}
                 reply => return Err(ClientError::unexpected(&reply)),

@@ -47,6 +47,21 @@ pub enum CommandRefusal {
         /// The refused value.
         value: f64,
     },
+    /// The number is out of range.
+    #[error("{name} is between {} and {}, not {value}", .range.start(), .range.end())]
+    OutOfRange {
+        /// The field of the command.
+        name: &'static str,
+        /// The range.
+        range: RangeInclusive<f64>,
+        /// The refused value.
+        value: f64,
+    },
+    /// The command is about a sensor of a deck that is not attached.
+    #[error(
+        "no Flow deck is attached: send {{\"command\":\"decks\",\"decks\":[\"flow_v2\"]}} first"
+    )]
+    NoFlowDeck,
     /// The jitter of edges is out of range.
     #[error("jitter_us is between 0 and {most}, not {value}")]
     Jitter {
@@ -118,6 +133,19 @@ pub fn probability(value: f64) -> Result<f64, CommandRefusal> {
 /// Returns `value` if it is finite; `name` is the field of the command.
 pub fn finite(name: &'static str, value: f64) -> Result<f64, CommandRefusal> {
     if value.is_finite() { Ok(value) } else { Err(CommandRefusal::NotFinite { name, value }) }
+}
+
+/// Returns `value` if it is in `range`; `name` is the field of the command.
+pub fn within(
+    name: &'static str,
+    range: RangeInclusive<f64>,
+    value: f64,
+) -> Result<f64, CommandRefusal> {
+    if range.contains(&value) {
+        Ok(value)
+    } else {
+        Err(CommandRefusal::OutOfRange { name, range, value })
+    }
 }
 
 /// Converts the content of memory from the protocol's type to that of the chips.

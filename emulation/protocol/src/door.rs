@@ -22,6 +22,7 @@ const NULL_PACKET: [u8; 1] = [0xff];
 #[derive(Debug)]
 pub(crate) struct Door {
     socket: UdpSocket,
+    port: u16,
     /// The ground station that sent the last packet.
     station: Option<SocketAddr>,
     /// Calls of [`Door::poll`] without a packet since the last one.
@@ -36,7 +37,12 @@ impl Door {
     pub fn open(port: u16) -> io::Result<Self> {
         let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, port))?;
         socket.set_nonblocking(true)?;
-        Ok(Door { socket, station: None, idle: 0 })
+        Ok(Door { socket, port, station: None, idle: 0 })
+    }
+
+    /// Returns the port at which it was opened.
+    pub fn port(&self) -> u16 {
+        self.port
     }
 
     /// Returns the packet that the robot gets in this millisecond, if any.

@@ -1,7 +1,9 @@
 //! The ELF file of a firmware.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use bittybuzz_chips::MemoryMap;
 use object::Endianness;
 use object::elf;
 use object::read::elf::{ElfFile32, ProgramHeader};
@@ -23,6 +25,8 @@ pub const AVR_FLASH_SIZE: usize = 0x8000;
 #[derive(Clone, Debug)]
 pub struct FirmwareImage {
     segments: Vec<(u32, Vec<u8>)>,
+    /// The memory that the program uses while it runs, also the parts that the file does not fill.
+    used: Vec<Range<u64>>,
     vectors: u32,
     symbols: Vec<ElfSymbol>,
 }
@@ -46,7 +50,7 @@ impl FirmwareImage {
     pub fn parse_avr(bytes: &[u8], flash_size: usize) -> Result<Self, FirmwareImageError> {
         let image = if bytes.starts_with(b":") {
             let segments = hex(bytes)?;
-            FirmwareImage { segments, vectors: 0, symbols: Vec::new() }
+            FirmwareImage { segments, used: Vec::new(), vectors: 0, symbols: Vec::new() }
         } else {
             let elf = ElfFile32::<Endianness>::parse(bytes)
                 .map_err(|error| FirmwareImageError::NotElf { reason: error.to_string() })?;
@@ -55,6 +59,7 @@ impl FirmwareImage {
             }
             FirmwareImage {
                 segments: segments(&elf, bytes)?,
+                used: Vec::new(),
                 vectors: 0,
                 symbols: ElfSymbol::all(&elf),
             }
@@ -92,13 +97,57 @@ impl FirmwareImage {
             return Err(FirmwareImageError::WrongStart { address: vectors });
         }
         let symbols = ElfSymbol::all(&elf);
-        Ok(FirmwareImage { segments, vectors, symbols })
+        Ok(FirmwareImage { segments, used: used(&elf), vectors, symbols })
+    }
+
+    /// Checks that the image can start on a Cortex-M with this memory: all of it is there, and a
+    /// vector table is at its begin.
+    ///
+    /// # Errors
+    /// The image needs memory that the chip does not have, or has no vector table.
+    pub fn check(&self, memory: &MemoryMap) -> Result<(), FirmwareImageError> {
+        let loaded = self.segments.iter().map(|(address, bytes)| {
+            let begin = u64::from(*address);
+            begin..begin + bytes.len() as u64
+        });
+        let is_there = |used: &Range<u64>| {
+            let mut regions = memory.regions();
+            regions.any(|(begin, bytes)| {
+                let begin = u64::from(begin);
+                begin <= used.start && used.end <= begin + u64::from(bytes)
+            })
+        };
+        if let Some(Range { start, end }) = loaded.chain(self.used.clone()).find(|r| !is_there(r)) {
+            return Err(FirmwareImageError::NoMemory { begin: start, end });
+        }
+        // The segment at the vectors is the first one in the flash.
+        let first = self.segments.iter().find(|(address, _)| *address == self.vectors);
+        let word = |number: usize| {
+            let (_, bytes) = first?;
+            let bytes = bytes.get(4 * number..4 * number + 4)?;
+            Some(u32::from_le_bytes(bytes.try_into().ok()?))
+        };
+        let (stack, entry) = (word(0).unwrap_or(0), word(1).unwrap_or(0));
+        // The stack grows downwards, so that it may begin at the end of the RAM.
+        let is_in_ram = |(begin, bytes): (u32, u32)| (begin + 1..=begin + bytes).contains(&stack);
+        let code = u64::from(entry & !1);
+        let is_code = |(address, bytes): &(u32, Vec<u8>)| {
+            let begin = u64::from(*address);
+            (begin..begin + bytes.len() as u64).contains(&code)
+        };
+        let can_start = memory.rams().any(is_in_ram) && entry & 1 == 1;
+        if can_start && self.segments.iter().any(is_code) {
+            Ok(())
+        } else {
+            Err(FirmwareImageError::NoVectorTable { address: self.vectors, stack, entry })
+        }
     }
 
     /// Creates an image without symbols from bytes of flash, which begin with the vector table at
     /// `vectors`.
     pub fn of_flash(vectors: u32, bytes: Vec<u8>) -> Self {
-        FirmwareImage { segments: vec![(vectors, bytes)], vectors, symbols: Vec::new() }
+        let (segments, used, symbols) = (vec![(vectors, bytes)], Vec::new(), Vec::new());
+        FirmwareImage { segments, used, vectors, symbols }
     }
 
     /// Returns the bytes to be written to memory, with their physical addresses.
@@ -139,6 +188,18 @@ impl FirmwareImage {
             }),
         }
     }
+}
+
+/// Returns the memory that the segments use while the program runs.
+fn used(elf: &ElfFile32<'_, Endianness>) -> Vec<Range<u64>> {
+    let endian = elf.endian();
+    let headers = elf.elf_program_headers().iter();
+    let loaded = headers.filter(|header| header.p_type(endian) == elf::PT_LOAD);
+    let ranges = loaded.map(|header| {
+        let begin = u64::from(header.p_vaddr(endian));
+        begin..begin + u64::from(header.p_memsz(endian))
+    });
+    ranges.filter(|range| !range.is_empty()).collect()
 }
 
 fn segments(
@@ -204,7 +265,9 @@ pub enum FirmwareImageError {
         source: std::io::Error,
     },
     /// Not a 32-bit ELF file.
-    #[error("not a 32-bit ELF file ({reason}): give the file that cargo built, not a .bin or .hex")]
+    #[error(
+        "not a 32-bit ELF file ({reason}): give the file that the linker wrote, not a .bin or .hex"
+    )]
     NotElf {
         /// The reader's error.
         reason: String,
@@ -248,6 +311,29 @@ pub enum FirmwareImageError {
     WrongStart {
         /// The start of the image.
         address: u32,
+    },
+    /// The image needs memory that the chip does not have.
+    #[error(
+        "the image needs memory from {begin:#010x} to {end:#010x}, which the chip does not have: is it for another one?"
+    )]
+    NoMemory {
+        /// First address.
+        begin: u64,
+        /// Address after the last byte.
+        end: u64,
+    },
+    /// The image begins with something else than a vector table.
+    #[error(
+        "no vector table is at {address:#010x}: the first two words, {stack:#010x} and {entry:#010x}, are not the end of a \
+         stack in the RAM and the address of a function"
+    )]
+    NoVectorTable {
+        /// Address of the image.
+        address: u32,
+        /// The first word.
+        stack: u32,
+        /// The second word.
+        entry: u32,
     },
     /// No function has this name.
     #[error(

@@ -33,8 +33,9 @@ mod rtt;
 mod server;
 mod symbol;
 
+pub use bittybuzz_chips::MemoryMap;
 pub use client::{ClientError, Emulator, RunResult};
-pub use control::{CommandRefusal, Control, finite, lsi, memory, probability};
+pub use control::{CommandRefusal, Control, finite, lsi, memory, probability, within};
 pub use core::{Core, CoreState};
 pub use error::MachineError;
 pub use fleet::serve;

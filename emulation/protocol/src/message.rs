@@ -4,10 +4,14 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
-mod crazyflie;
+mod deck;
+mod fault;
 mod statistics;
 
-pub use crazyflie::{BarometerFault, Deck, DeckMemoryFault, EepromFault, ImuFault};
+pub use deck::Deck;
+pub use fault::{
+    BarometerFault, DeckMemoryFault, DeviceFault, DistanceFault, EepromFault, FlowFault, ImuFault,
+};
 pub use statistics::{
     AirStatistics, BoardStatistics, CoreStatistics, CrazyflieStatistics, KilobotStatistics,
     RobotStatistics, ZooidStatistics,
@@ -147,26 +151,16 @@ pub enum Command {
         /// True to stop the receiver.
         full: bool,
     },
-    /// Sets or ends a fault of a Crazyflie's inertial sensors.
-    ImuFault {
-        /// The fault; `None` ends it.
-        fault: Option<ImuFault>,
-    },
-    /// Sets or ends a fault of a Crazyflie's barometer.
-    BarometerFault {
-        /// The fault; `None` ends it.
-        fault: Option<BarometerFault>,
+    /// Sets or ends a fault of a device of a Crazyflie.
+    DeviceFault {
+        /// The device and its fault.
+        fault: DeviceFault,
     },
     /// Sets the content of a Crazyflie's EEPROM; the bytes after the given ones are erased.
     Eeprom {
         /// The bytes, in hexadecimal.
         #[serde(with = "hex")]
         bytes: Vec<u8>,
-    },
-    /// Sets or ends a fault of a Crazyflie's EEPROM.
-    EepromFault {
-        /// The fault; `None` ends it.
-        fault: Option<EepromFault>,
     },
     /// Plugs decks into the expansion port of a Crazyflie, instead of those that it had.
     Decks {
@@ -194,11 +188,6 @@ pub enum Command {
         /// Distance upwards in mm.
         #[serde(default)]
         up_mm: Option<u16>,
-    },
-    /// Sets or ends a fault of the memories of a Crazyflie's decks.
-    DeckMemoryFault {
-        /// The fault; `None` ends it.
-        fault: Option<DeckMemoryFault>,
     },
     /// Sets the state of the battery.
     Battery {
@@ -369,6 +358,12 @@ pub enum Command {
         /// Time in ms between two poses that motion capture sends the robot; 0 for no poses.
         #[serde(default)]
         pose_ms: u32,
+        /// Standard deviation of each coordinate of these poses, in mm.
+        #[serde(default = "pose_noise_mm")]
+        pose_noise_mm: f64,
+        /// Standard deviation of the rotation of these poses about each axis, in degrees.
+        #[serde(default = "pose_noise_degrees")]
+        pose_noise_degrees: f64,
     },
     /// Opens a door for ground stations: CRTP packets in UDP datagrams at a port of this computer.
     Door {
@@ -410,6 +405,16 @@ fn rts_bytes() -> u8 {
 
 fn ble_shutdown_us() -> u64 {
     chips::Nrf51Settings::default().ble_shutdown.nanos() / 1000
+}
+
+/// Noise of usual cameras, within the 0.1 to 1 mm of Preiss et al. 2017, "Crazyswarm".
+fn pose_noise_mm() -> f64 {
+    0.5
+}
+
+/// Noise of usual cameras (choice).
+fn pose_noise_degrees() -> f64 {
+    0.3
 }
 
 fn yes() -> bool {

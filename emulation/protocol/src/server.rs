@@ -66,6 +66,17 @@ pub enum CommandError {
         /// The system's reason.
         error: io::Error,
     },
+    /// The robot has a door already.
+    #[error("robot {robot} has a door at port {port} already, and a robot has only one")]
+    SecondDoor {
+        /// The number of the robot.
+        robot: usize,
+        /// The port of its door.
+        port: u16,
+    },
+    /// The port is 0, which is none.
+    #[error("a door needs a port, 1 to 65535; cflib looks for robots at 19850 to 19859")]
+    DoorAtPort0,
     /// The payload is too long for a radio packet.
     #[error("a packet has at most {RADIO_MAX} bytes, this one has {0}")]
     PacketTooLong(usize),
@@ -149,6 +160,12 @@ impl<R: EmulatedRobots, W: Write> Server<'_, R, W> {
         if let Command::Door { port } = command {
             // The robot may refuse packets of a ground station.
             self.robots.execute(robot, Command::Door { port }, now)?;
+            if let Some(door) = self.doors.get(&robot) {
+                return Err(CommandError::SecondDoor { robot, port: door.port() });
+            }
+            if port == 0 {
+                return Err(CommandError::DoorAtPort0);
+            }
             let door = Door::open(port).map_err(|error| CommandError::Door { port, error })?;
             self.doors.insert(robot, door);
             return Ok(Reply::Ok);

@@ -4,6 +4,7 @@
 
 mod elf;
 
+use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -279,6 +280,29 @@ fn errors_of_bad_input_state_the_remedy() {
         assert!(message.contains(part), "{line}: {message}");
         assert!(matches!(outputs[2], OutputLine::Reply(Reply::Statistics(_))), "{line}");
     }
+}
+
+#[test]
+fn a_robot_has_one_door() {
+    // The system gives a port that nobody uses.
+    let free = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let port = free.local_addr().unwrap().port();
+    let (good, door) =
+        (good_image("door.elf"), |port: u32| format!(r#"{{"command":"door","port":{port}}}"#));
+    let outputs = answers(&[&good, &door(port.into()), &door(0), &door(65536)]);
+    let taken = error(&outputs[1]);
+    assert!(taken.starts_with(&format!("no door can be opened at port {port}: ")), "{taken}");
+    assert!(error(&outputs[2]).contains("1 to 65535"), "{outputs:?}");
+    assert!(error(&outputs[3]).contains("not a command"), "{outputs:?}");
+    drop(free);
+    let own = door(port.into());
+    let outputs = answers(&[&good, &own, &own, &door(1), &good, &own]);
+    assert_eq!(outputs[1], OutputLine::Reply(Reply::Ok));
+    for second in &outputs[2..4] {
+        let message = format!("robot 0 has a door at port {port} already");
+        assert!(error(second).starts_with(&message), "{outputs:?}");
+    }
+    assert_eq!(outputs[5], OutputLine::Reply(Reply::Ok), "a new image closes doors");
 }
 
 #[test]

@@ -17,11 +17,12 @@ use crate::choices::Choices;
 use crate::{seeds, words};
 
 /// Scenarios with different bodies, links, events and expectations.
-const SCENARIOS: [&str; 6] = [
+const SCENARIOS: [&str; 7] = [
     include_str!("../../scenarios/adversaries.toml"),
     include_str!("../../scenarios/backends.toml"),
     include_str!("../../scenarios/convergence.toml"),
     include_str!("../../scenarios/day.toml"),
+    include_str!("../../scenarios/images.toml"),
     include_str!("../../scenarios/outages.toml"),
     include_str!("../../scenarios/speed.toml"),
 ];

@@ -39,8 +39,8 @@ use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 pub use bittybuzz_emulation::message::{
     BarometerFault, BoardStatistics, Command, CrazyflieStatistics, Deck, DeckMemoryFault,
-    EepromFault, EmulatorEvent, ImuFault, PowerDetector, RobotEvent, RobotStatistics, TimedEvent,
-    ZooidStatistics,
+    DeviceFault, EepromFault, EmulatorEvent, ImuFault, PowerDetector, RobotEvent, RobotStatistics,
+    TimedEvent, ZooidStatistics,
 };
 use bittybuzz_emulation::{Emulator, FirmwareImage, RunResult};
 use bittybuzz_robot_spec::Layout;

@@ -34,8 +34,11 @@ fn run(
     ticks: u64,
     mut look: impl FnMut(&mut Simulation),
 ) -> Summary {
-    let programs: Vec<Program> =
-        scenario.groups.iter().map(|group| program(&group.script, &group.robot)).collect();
+    let programs: Vec<Program> = scenario
+        .groups
+        .iter()
+        .map(|group| program(group.script.as_ref().unwrap(), &group.robot))
+        .collect();
     let setup = Setup::new(scenario.clone(), programs).unwrap();
     let setup = setup.emulated_by("zooid", Core::Own.program().to_owned());
     let mut simulation = Simulation::new(Arc::new(setup), seed, 1).unwrap();
@@ -148,7 +151,8 @@ fn kilobots_come_to_the_same_end() {
         let read =
             Scenario::parse(&text, "test.toml", Path::new(""), &[], &bittybuzz_robot_models::all());
         let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}"));
-        let programs = [program(&scenario.groups[0].script, &scenario.groups[0].robot)];
+        let programs =
+            [program(scenario.groups[0].script.as_ref().unwrap(), &scenario.groups[0].robot)];
         let setup = Setup::new(scenario.clone(), programs).unwrap();
         let setup = setup.emulated_by("kilobot", Core::Avr.program().to_owned());
         let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
@@ -444,7 +448,7 @@ fn errors_of_scripts_are_found_in_their_source() {
     let script = "function init() { n = 0 }\nfunction step() {\n  n = n + 1\n  if(n == 5) { t = nil  t.x = 3 }\n}";
     let (scenario, _script) = scenario("fault", script, "positions = [[50, 0], [0, 0]]", "");
     let group = &scenario.groups[0];
-    let programs = [program(&group.script, &group.robot)];
+    let programs = [program(group.script.as_ref().unwrap(), &group.robot)];
     let summary = run(&scenario, 1, 30, |_| {});
     assert!(!summary.is_success());
     assert_eq!(summary.faults.len(), 2);
@@ -483,7 +487,7 @@ fn robots_start_where_the_projector_shines() {
     let (mut scenario, _script) = scenario("dark", "function step() { }", group, "");
     scenario.world.size = [2000.0, 1000.0];
     let group = &scenario.groups[0];
-    let programs = [program(&group.script, &group.robot)];
+    let programs = [program(group.script.as_ref().unwrap(), &group.robot)];
     for (at, is_lit) in [([415.0, -250.0], true), ([430.0, 0.0], false), ([0.0, 270.0], false)] {
         scenario.groups[0].placement = Placement::List(vec![[0.0, 0.0], at]);
         let setup = Setup::new(scenario.clone(), programs.clone()).unwrap();

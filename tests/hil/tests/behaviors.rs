@@ -57,7 +57,8 @@ fn play(name: &str, backend: &str, seed: u32, mut look: impl FnMut(&Simulation) 
     let scenario =
         Scenario::open(&path, &set.collect::<Vec<_>>(), &bittybuzz_robot_models::all()).unwrap();
     let group = &scenario.groups[0];
-    let Compiled { image, symbols, sources, .. } = compiled(&group.script, &group.robot);
+    let Compiled { image, symbols, sources, .. } =
+        compiled(group.script.as_ref().unwrap(), &group.robot);
     let program = Program { image: image.unwrap(), symbols, sources: Arc::new(sources) };
     let programs = vec![program; scenario.groups.len()];
     let setup = Setup::new(scenario.clone(), programs).unwrap();

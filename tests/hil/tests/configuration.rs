@@ -1,6 +1,6 @@
 //! The configuration in a Crazyflie's EEPROM. Its bytes are those that Bitcraze's cflib writes (i2c_element.py).
 
-use bittybuzz_hil::{Command, Core, EepromFault, Robot, TraceLog, frames, resets};
+use bittybuzz_hil::{Command, Core, DeviceFault, EepromFault, Robot, TraceLog, frames, resets};
 
 const IDLE: &str = "function step() { }";
 
@@ -21,7 +21,7 @@ fn hex(digits: &str) -> Vec<u8> {
 fn set_up(bytes: &str, fault: Option<EepromFault>) -> ([Vec<u8>; 3], Vec<String>) {
     let mut robot = Robot::crazyflie(Core::Unicorn, IDLE);
     robot.execute(&Command::Eeprom { bytes: hex(bytes) });
-    robot.execute(&Command::EepromFault { fault });
+    robot.execute(&Command::DeviceFault { fault: DeviceFault::Eeprom(fault) });
     robot.run_ms(1_000);
     assert_eq!(resets(&robot.events), []);
     let log = TraceLog::of_events(&robot.events).firmware;

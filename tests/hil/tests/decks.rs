@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use bittybuzz_hil::{Command, Core, Deck, DeckMemoryFault, Robot, TraceLog, resets};
+use bittybuzz_hil::{Command, Core, Deck, DeckMemoryFault, DeviceFault, Robot, TraceLog, resets};
 
 const IDLE: &str = "function step() { }";
 
@@ -25,6 +25,10 @@ fn robot(decks: Vec<Deck>) -> Robot {
 
 fn log(robot: &Robot) -> Vec<String> {
     TraceLog::of_events(&robot.events).firmware
+}
+
+fn set_memory_fault(robot: &mut Robot, fault: DeckMemoryFault) {
+    robot.execute(&Command::DeviceFault { fault: DeviceFault::DeckMemories(Some(fault)) });
 }
 
 /// The log names the decks, and gives no reason not to arm that concerns them.
@@ -91,7 +95,7 @@ fn memories_that_cannot_be_read_are_refused() {
         (DeckMemoryFault::WrongBit(8), "the memory of deck 0 has version 1"),
     ] {
         let mut robot = robot(vec![Deck::FlowV2]);
-        robot.execute(&Command::DeckMemoryFault { fault: Some(fault) });
+        set_memory_fault(&mut robot, fault);
         robot.run_ms(FOUND_MS);
         let log = log(&robot);
         assert!(log.iter().any(|line| line == reason), "{reason}: {log:?}");
@@ -102,7 +106,7 @@ fn memories_that_cannot_be_read_are_refused() {
 #[test]
 fn a_search_without_answers_ends() {
     let mut robot = robot(vec![Deck::FlowV2]);
-    robot.execute(&Command::DeckMemoryFault { fault: Some(DeckMemoryFault::NoAnswer) });
+    set_memory_fault(&mut robot, DeckMemoryFault::NoAnswer);
     robot.run_ms(FOUND_MS);
     assert!(robot.ping(1, 600).is_some());
     robot.run_ms(10_000);

@@ -87,11 +87,23 @@ fn firmware_log(robot: &Robot) -> Vec<String> {
     TraceLog::of_events(&robot.events).firmware
 }
 
+/// A body at the origin in a room with usual motion capture.
+fn body(seed: u64) -> Command {
+    Command::Body {
+        seed,
+        x_mm: 0.0,
+        y_mm: 0.0,
+        yaw_degrees: 0.0,
+        pose_ms: 10,
+        pose_noise_mm: 0.5,
+        pose_noise_degrees: 0.3,
+    }
+}
+
 /// A robot with a body in a room with motion capture, whose script runs.
 fn standing(script: &str, seed: u64) -> Robot {
     let mut robot = Robot::crazyflie(Core::Unicorn, script);
-    let body = Command::Body { seed, x_mm: 0.0, y_mm: 0.0, yaw_degrees: 0.0, pose_ms: 10 };
-    robot.execute(&body);
+    robot.execute(&body(seed));
     robot.run_ms(2_000);
     robot
 }
@@ -253,8 +265,7 @@ fn a_core_that_is_halted_in_flight_stops_the_motors() {
         let memory = Memory::Kept;
         robot.execute(&Command::Chip { lsi_hz, crystal: true, memory, seed: 0, debugger: false });
         reset(&mut robot, ResetCause::PowerOn);
-        let body = Command::Body { seed: 4, x_mm: 0.0, y_mm: 0.0, yaw_degrees: 0.0, pose_ms: 10 };
-        robot.execute(&body);
+        robot.execute(&body(4));
         robot.run_ms(2_000);
         arm(&mut robot);
         run_until_logged(&mut robot, "2", 9_000);

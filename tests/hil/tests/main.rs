@@ -19,6 +19,7 @@ mod failures;
 mod figures;
 mod flight;
 mod forged;
+mod images;
 mod kilobot_board;
 mod kilobot_brown_out;
 mod kilobot_faults;

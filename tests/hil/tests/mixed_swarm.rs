@@ -28,14 +28,15 @@ fn scenario(script: &Path, bridge: &str, rest: &str) -> Result<Scenario, Vec<Sce
 
 fn programs(scenario: &Scenario) -> Vec<Program> {
     let compiled = |group: &bittybuzz_arena::scenario::Group| {
-        let text = std::fs::read_to_string(&group.script).unwrap();
+        let script = group.script.as_ref().unwrap();
+        let text = std::fs::read_to_string(script).unwrap();
         let loader = IncludeLoader {
             folders: vec![bbz::root().join("lib")],
             ..IncludeLoader::new(&DiskFiles)
         };
         let robots = bittybuzz_robot_files::all_shipped();
         let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
-        let compiled = compile(&group.script, text, &loader, &options);
+        let compiled = compile(script, text, &loader, &options);
         let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
         Program { image: compiled.image.unwrap(), symbols, sources }
     };

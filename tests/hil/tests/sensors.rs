@@ -1,7 +1,7 @@
 //! The sensors on the board of a Crazyflie: 1,000 samples per second by interrupts, their self-tests, and their faults.
 
 use bittybuzz_hil::{
-    BarometerFault, Command, Core, EmulatorEvent, ImuFault, Robot, TraceLog, resets,
+    BarometerFault, Command, Core, DeviceFault, EmulatorEvent, ImuFault, Robot, TraceLog, resets,
 };
 
 use crate::figures::{self, TOLERANCE};
@@ -59,7 +59,7 @@ fn started() -> Robot {
 }
 
 fn set_barometer_fault(robot: &mut Robot, fault: Option<BarometerFault>) {
-    robot.execute(&Command::BarometerFault { fault });
+    robot.execute(&Command::DeviceFault { fault: DeviceFault::Barometer(fault) });
 }
 
 /// Asserts that the log has this line once.
@@ -69,7 +69,7 @@ fn assert_once(robot: &Robot, line: &str) {
 }
 
 fn set_fault(robot: &mut Robot, fault: Option<ImuFault>) {
-    robot.execute(&Command::ImuFault { fault });
+    robot.execute(&Command::DeviceFault { fault: DeviceFault::Imu(fault) });
 }
 
 /// Neither a reset nor a mistake that the chip would not forgive.

@@ -7,7 +7,8 @@ use std::time::Duration;
 use bittybuzz_emulation::message::{Command, EmulatorEvent, RobotEvent, RobotStatistics};
 use bittybuzz_emulation::{ClientError, Emulator};
 
-use super::p2p::{P2P_EXCHANGE_PERIOD, P2pAir};
+use super::p2p::P2pAir;
+use super::pace::Pace;
 
 /// The emulator processes; robots have their number in the pool.
 pub enum EmulatorPool {
@@ -22,6 +23,10 @@ pub struct PerRobot {
     robots: Vec<Emulator>,
     air: P2pAir,
     now: Duration,
+    /// The longest time that robots run before they exchange frames.
+    turn: Duration,
+    /// The pace of robots with doors for ground stations.
+    pace: Option<Pace>,
     /// The robots that each robot cannot receive.
     deaf: Vec<BTreeSet<usize>>,
 }
@@ -40,8 +45,14 @@ impl EmulatorPool {
         Ok(EmulatorPool::Shared(emulator))
     }
 
-    /// Starts one process for each of `count` robots, with the firmware in `path`.
-    pub fn apart(program: &Path, count: usize, path: &Path) -> Result<Self, ClientError> {
+    /// Starts one process for each of `count` robots, with the firmware in `path`. They run at the
+    /// same time, and exchange frames after each `turn`.
+    pub fn apart(
+        program: &Path,
+        count: usize,
+        path: &Path,
+        turn: Duration,
+    ) -> Result<Self, ClientError> {
         let robots = (0..count).map(|_| {
             let mut emulator = Emulator::spawn(program)?;
             emulator.load(path)?;
@@ -49,8 +60,16 @@ impl EmulatorPool {
         });
         let robots = robots.collect::<Result<Vec<Emulator>, ClientError>>()?;
         let deaf = vec![BTreeSet::new(); count];
-        let (air, now) = (P2pAir::default(), Duration::ZERO);
-        Ok(EmulatorPool::Apart(PerRobot { robots, air, now, deaf }))
+        let (air, now, pace) = (P2pAir::default(), Duration::ZERO, None);
+        Ok(EmulatorPool::Apart(PerRobot { robots, air, now, turn, pace, deaf }))
+    }
+
+    /// Lets the robots run no faster than the clock of this computer, as far as they have processes
+    /// of their own.
+    pub fn keep_pace(&mut self) {
+        if let EmulatorPool::Apart(of) = self {
+            of.pace = Some(Pace::default());
+        }
     }
 
     /// Executes a command on a robot.
@@ -125,10 +144,17 @@ impl PerRobot {
         on_event: &mut impl FnMut(RobotEvent),
     ) -> Result<(), ClientError> {
         while self.now < until {
-            self.now = until.min(self.now + P2P_EXCHANGE_PERIOD);
+            if let Some(pace) = &mut self.pace {
+                pace.wait(self.now);
+            }
+            self.now = until.min(self.now + self.turn);
+            for emulator in &mut self.robots {
+                emulator.begin_run(&[], self.now)?;
+            }
+            // The events of the first robot come first, whichever is ready first.
             for (robot, emulator) in self.robots.iter_mut().enumerate() {
                 let air = &mut self.air;
-                emulator.run_with(self.now, |timed| {
+                emulator.finish_run(0, |RobotEvent { timed, .. }| {
                     if let EmulatorEvent::P2p { port, payload, air: long } = &timed.event {
                         air.send(robot, timed.at, *long, *port, payload.clone());
                     }

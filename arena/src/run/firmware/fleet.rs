@@ -11,12 +11,14 @@ use bittybuzz_chips::ResetCause;
 use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::ClientError;
 use bittybuzz_emulation::message::{Command, EmulatorEvent, TimedEvent};
+use bittybuzz_toml_reader::Place;
 
 use crate::engine::{LinkStatistics, Loss, Media, Medium, Pose, RobotId, RobotState, World};
-use crate::robot::{Emulation, SimRobot};
+use crate::robot::{Emulation, Piece, SimRobot};
 
 use super::bridge::Bridge;
 use super::emulator_pool::EmulatorPool;
+use super::p2p::P2P_EXCHANGE_PERIOD;
 use super::table::Motion;
 use super::trace_events::{TraceEvent, TraceEventReader};
 use super::{EMULATED, Firmware, FirmwareError, FirmwareFailure, IN_WORLD};
@@ -35,6 +37,43 @@ pub struct EmulatedFleet {
     losses: u64,
 }
 
+/// The longest time that robots with a foreign image run before they exchange frames. The
+/// frames of such robots may be late by this time, which costs less than the exactness of
+/// [`P2P_EXCHANGE_PERIOD`]: eight times as many switches between processes.
+const IMAGE_TURN: Duration = Duration::from_millis(1);
+
+/// A reason why a fleet cannot start.
+#[derive(Debug)]
+pub enum StartError {
+    /// The emulator cannot be used.
+    Emulator(ClientError),
+    /// The door of a robot cannot be opened.
+    NoDoor {
+        /// The id of the robot.
+        robot: u16,
+        /// The place of the key `door`.
+        place: Place,
+        error: ClientError,
+    },
+}
+
+impl From<ClientError> for StartError {
+    fn from(error: ClientError) -> Self {
+        StartError::Emulator(error)
+    }
+}
+
+/// Returns the log line for an event that ends a run with this project's firmware. A foreign image
+/// may reset the chip, or ignore its rules, as on the robot.
+fn noted(event: &EmulatorEvent) -> Option<String> {
+    match event {
+        EmulatorEvent::HardwareError { text } => Some(format!("hardware error: {text}")),
+        EmulatorEvent::Reset { cause } => Some(format!("reset: {cause}")),
+        EmulatorEvent::PowerOff { .. } => Some("power off".to_owned()),
+        _ => None,
+    }
+}
+
 /// The state of an emulated robot that is visible from outside.
 struct Emulated {
     emulation: Arc<dyn Emulation>,
@@ -48,7 +87,11 @@ struct Emulated {
     rolled: Duration,
     /// The motion that was last sent to the emulator.
     last_motion: Option<Motion>,
+    /// True if it runs a foreign image.
+    is_image: bool,
     is_on: bool,
+    /// True once its body has crashed.
+    has_crashed: bool,
     /// The pool's numbers of the robots that it is cut off from.
     deaf_to: BTreeSet<usize>,
     /// The last command that described its surroundings.
@@ -65,16 +108,21 @@ impl EmulatedFleet {
         emulation: Arc<dyn Emulation>,
         firmware: &Firmware,
         join: impl Fn(usize) -> (RobotId, u16),
+        world: &World<SimRobot>,
         media: &Media,
         seed: u64,
-    ) -> Result<Self, ClientError> {
+    ) -> Result<Self, StartError> {
         let medium = firmware.model().medium();
+        let turn = if firmware.is_image { IMAGE_TURN } else { P2P_EXCHANGE_PERIOD };
         // The listening robot of a bridge has the number after all others.
         let count = firmware.robots.len() + usize::from(firmware.listener.is_some());
         let mut pool = match emulation.shared_program_robot() {
             Some(name) => EmulatorPool::shared(program, name, count, &firmware.path)?,
-            None => EmulatorPool::apart(program, count, &firmware.path)?,
+            None => EmulatorPool::apart(program, count, &firmware.path, turn)?,
         };
+        if firmware.robots.iter().any(|robot| robot.door.is_some()) {
+            pool.keep_pace();
+        }
         let mut robots = Vec::new();
         for (number, flashed) in firmware.robots.iter().enumerate() {
             for (address, bytes) in &flashed.sections {
@@ -86,6 +134,21 @@ impl EmulatedFleet {
                 pool.execute_on(number, &command)?;
             }
             let (id, own_id) = join(flashed.number);
+            if firmware.is_image {
+                let pose = world.robot(id).expect(IN_WORLD).pose;
+                let build = seed.wrapping_add(u64::from(own_id) << 32);
+                for command in of_group.body(&pose, build) {
+                    pool.execute_on(number, &command)?;
+                }
+            }
+            if let Some((port, place)) = &flashed.door {
+                let opened = pool.execute_on(number, &Command::Door { port: *port });
+                opened.map_err(|error| StartError::NoDoor {
+                    robot: own_id,
+                    place: place.clone(),
+                    error,
+                })?;
+            }
             robots.push(Emulated {
                 emulation: emulation.clone(),
                 id,
@@ -94,7 +157,9 @@ impl EmulatedFleet {
                 led: 0,
                 rolled: Duration::ZERO,
                 last_motion: None,
+                is_image: firmware.is_image,
                 is_on: true,
+                has_crashed: false,
                 deaf_to: BTreeSet::new(),
                 sensed: None,
                 reader: firmware.messages.clone().map(TraceEventReader::new),
@@ -177,7 +242,7 @@ impl EmulatedFleet {
             let others = self.robots.iter().enumerate();
             let cut_off = others.filter(|(_, other)| !world.connects(robot.id, other.id));
             let to: BTreeSet<usize> = cut_off.map(|(other, _)| other).collect();
-            if runs != robot.is_on {
+            if runs != robot.is_on && robot.emulation.has_switch() {
                 self.set_power(number, runs)?;
             }
             if self.robots[number].deaf_to != to {
@@ -296,6 +361,14 @@ impl Emulated {
         until: Duration,
         world: &mut World<SimRobot>,
     ) -> Result<(), FirmwareFailure> {
+        if self.is_image
+            && let Some(text) = noted(&event)
+        {
+            let tick = world.now();
+            let robot = world.brain_mut(self.id).expect(IN_WORLD);
+            robot.has_logged(tick, vec![Piece::Text(text.into_bytes())]);
+            return Ok(());
+        }
         match event {
             EmulatorEvent::Motor { number, duty, .. } => {
                 // An event at the end of an instruction may be slightly later than `until`.
@@ -357,13 +430,21 @@ impl Emulated {
                     robot.has_failed(tick, fault);
                 }
             }
-            EmulatorEvent::Motion { position_m: [x, y, z], attitude: [qx, qy, qz, qw], .. } => {
+            EmulatorEvent::Motion {
+                position_m: [x, y, z],
+                attitude: [qx, qy, qz, qw],
+                crashed,
+                ..
+            } => {
                 // The direction of the body's x axis, seen from above.
                 let ahead = 1.0 - 2.0 * (qy * qy + qz * qz);
                 let left = 2.0 * (qx * qy + qw * qz);
                 let [x, y, z] = [x, y, z].map(|m| (m * 1000.0) as f32);
                 let pose = Pose { x, y, z, heading: left.atan2(ahead) as f32 };
                 world.move_to(self.id, pose).expect(IN_WORLD);
+                if crashed && !std::mem::replace(&mut self.has_crashed, true) {
+                    world.crash_robot(self.id).expect(IN_WORLD);
+                }
             }
             EmulatorEvent::Step => {
                 world.brain_mut(self.id).expect(IN_WORLD).has_stepped();

@@ -13,7 +13,7 @@ use crate::run::setup::Setup;
 use crate::scenario::{ScenarioCause, ScenarioError};
 
 use super::bridge::Bridge;
-use super::fleet::EmulatedFleet;
+use super::fleet::{EmulatedFleet, StartError};
 use super::{EMULATED, FirmwareError, IN_WORLD, unusable};
 
 /// The longest time that robots run before the bridge forwards their frames. The delay of the
@@ -59,8 +59,14 @@ impl Fleets {
             }
             let (emulator, media) = (setup.emulator(firmware.model()), media(&setup.scenario));
             let fleet =
-                EmulatedFleet::new(emulator, emulation, firmware, join, &media, seed.into());
-            fleets.push(fleet.map_err(|error| firmware.failed(unusable(error)))?);
+                EmulatedFleet::new(emulator, emulation, firmware, join, world, &media, seed.into());
+            fleets.push(fleet.map_err(|error| match error {
+                StartError::Emulator(error) => firmware.failed(unusable(error)),
+                StartError::NoDoor { robot, place, error } => {
+                    let cause = ScenarioCause::NoDoor { robot, reason: error.to_string() };
+                    ScenarioError { cause, place: Some(Box::new(place)) }
+                }
+            })?);
         }
         let bridge = setup.scenario.bridge.as_ref().map(|bridge| Bridge::new(bridge.id));
         Ok(Some(Fleets { fleets, bridge, now: Duration::ZERO, tick: 0, substeps: 0 }))

@@ -6,6 +6,7 @@ mod emulator_pool;
 mod fleet;
 mod fleets;
 mod p2p;
+mod pace;
 mod table;
 mod trace_events;
 
@@ -15,7 +16,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bittybuzz_compiler::refusal;
-use bittybuzz_emulation::ClientError;
+use bittybuzz_emulation::{ClientError, FirmwareImage, FirmwareImageError};
 use bittybuzz_toml_reader::{Place, file};
 use bittybuzz_trace_reader::Table;
 use bittybuzz_vm_core::ImageError;
@@ -35,7 +36,7 @@ const EMULATED: &str = "the reader of scenarios rejects firmware without an emul
 const IN_WORLD: &str = "emulated robots are in the world from the start";
 
 /// The data that a scenario flashes to the robots of one model: their firmware, and the script and
-/// the id of each robot.
+/// the id of each robot, unless they run a foreign image.
 pub struct Firmware {
     model: Arc<dyn RobotModel>,
     path: PathBuf,
@@ -43,6 +44,8 @@ pub struct Firmware {
     place: Place,
     /// The table of the trace's messages; `None` if the firmware has no trace.
     messages: Option<Arc<Table>>,
+    /// True if the robots run a foreign image.
+    is_image: bool,
     robots: Vec<Flashed>,
     /// One more robot, which listens for a bridge.
     listener: Option<ListeningRobot>,
@@ -64,6 +67,8 @@ struct Flashed {
     sections: Vec<(u32, Vec<u8>)>,
     /// The model of the robot's group, which may have settings of its own.
     model: Arc<dyn RobotModel>,
+    /// The UDP port of its door for ground stations, and the place of that key.
+    door: Option<(u16, Place)>,
 }
 
 impl Firmware {
@@ -78,13 +83,20 @@ impl Firmware {
         for (group, loaded) in scenario.groups.iter().zip(programs) {
             let first = number;
             number += group.count as usize;
-            // Robots in virtual machines have no firmware.
-            let Backend::Firmware { image, place } = &group.backend else { continue };
+            let (image, place) = match &group.backend {
+                Backend::Vm => continue,
+                Backend::Firmware { image, place } => (image, place),
+                Backend::Image(section) => (&section.path, &section.place),
+            };
+            let foreign = group.backend.image();
             let failed = |cause| ScenarioError { cause, place: Some(Box::new(place.clone())) };
             let emulation = group.model.emulation().expect(EMULATED);
             let (robot, script) = (&group.robot, &*loaded.program.image);
             let flash = FlashJob { firmware: image, script, robot, media: &media };
-            let shared = emulation.sections(&flash).map_err(failed)?;
+            let shared = match foreign {
+                Some(_) => Vec::new(),
+                None => emulation.sections(&flash).map_err(failed)?,
+            };
             let known = match all.iter().position(|known| known.model.name() == group.model.name())
             {
                 Some(known) => known,
@@ -92,11 +104,18 @@ impl Firmware {
                     let (path, robots) = (image.clone(), Vec::new());
                     let unusable = |reason| {
                         let (robots, path) = (group.model.robots(), path.display().to_string());
-                        failed(ScenarioCause::NoFirmware { robots, path, reason })
+                        failed(match foreign {
+                            Some(_) => ScenarioCause::NoImage { path, reason },
+                            None => ScenarioCause::NoFirmware { robots, path, reason },
+                        })
                     };
                     let elf = file::read(&path, file::PROGRAM_BYTES_MAX);
                     let elf = elf.map_err(|error| unusable(error.to_string()))?;
-                    let messages = match emulation.has_trace() {
+                    if foreign.is_some() {
+                        check_image(&elf, &*emulation)
+                            .map_err(|error| unusable(error.to_string()))?;
+                    }
+                    let messages = match foreign.is_none() && emulation.has_trace() {
                         false => None,
                         true => Table::parse(&elf)
                             .map_err(|error| unusable(error.to_string()))?
@@ -104,16 +123,21 @@ impl Firmware {
                     };
                     let listener = listening_robot(scenario, &*group.model, &*emulation)?;
                     let (model, place) = (group.model.clone(), place.clone());
-                    all.push(Firmware { model, path, place, messages, robots, listener });
+                    let is_image = foreign.is_some();
+                    all.push(Firmware { model, path, place, messages, is_image, robots, listener });
                     all.len() - 1
                 }
             };
             let known = &mut all[known];
             for within in 0..group.count as u16 {
                 let mut sections = shared.clone();
-                sections.extend(emulation.id_section(robot, group.first_id + within));
+                if foreign.is_none() {
+                    sections.extend(emulation.id_section(robot, group.first_id + within));
+                }
                 let number = first + usize::from(within);
-                known.robots.push(Flashed { number, sections, model: group.model.clone() });
+                let door = foreign.and_then(|section| section.door.as_ref());
+                let door = door.map(|door| (door.port(within), door.place.clone()));
+                known.robots.push(Flashed { number, sections, model: group.model.clone(), door });
             }
         }
         Ok(all)
@@ -133,6 +157,12 @@ impl Firmware {
     pub fn failed(&self, cause: ScenarioCause) -> ScenarioError {
         ScenarioError { cause, place: Some(Box::new(self.place.clone())) }
     }
+}
+
+/// Checks that a foreign image can start on the chip of these robots.
+fn check_image(elf: &[u8], emulation: &dyn Emulation) -> Result<(), FirmwareImageError> {
+    let memory = emulation.image_memory().expect(EMULATED);
+    FirmwareImage::parse(elf)?.check(&memory)
 }
 
 /// Returns the robot that listens for the scenario's bridge; `None` if there is no bridge, or if

@@ -26,7 +26,9 @@ use crate::stm32::watchdog::APB1_FREEZE;
 use crate::stm32::{
     ErrorLog, Exti, GpioPort, Pin, PortReset, Timer, TimerKind, Transfer, Watchdog, Write,
 };
-use crate::{BusAction, BusAnswer, BusRelease, HardwareError, Lines, ResetCause, Time, Width};
+use crate::{
+    BusAction, BusAnswer, BusRelease, HardwareError, Lines, MemoryMap, ResetCause, Time, Width,
+};
 
 /// The kinds and the interrupts of TIM2 to TIM7 (RM0090 table 62). Their address ranges follow each
 /// other.
@@ -132,6 +134,15 @@ pub struct F405 {
 }
 
 impl F405 {
+    /// The memory of an STM32F405RG (RM0090 2.3).
+    pub const MEMORY: MemoryMap = MemoryMap {
+        flash: 1024 * 1024,
+        ram: 128 * 1024,
+        ccm: 64 * 1024,
+        peripherals: &[(0x4000_0000, 0x8_0000), (0x5000_0000, 0x6_1000)],
+        read_only: &[(0x1fff_7000, 0x1000)],
+    };
+
     /// Creates a chip at the moment of its power-on.
     pub fn new(unique_id: [u8; 12], device_type: &str, lsi_hz: u64) -> Self {
         let rcc = Rcc::new();

@@ -14,6 +14,9 @@ const PRESSURE_STEPS: u64 = 20;
 /// Steps between two reports of the motion.
 const REPORT_STEPS: u64 = 20;
 
+/// Height of the floor in m.
+const FLOOR_M: f64 = 0.0;
+
 /// The place where a body begins, and the room around it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodySettings {
@@ -23,8 +26,19 @@ pub struct BodySettings {
     pub place_m: [f64; 2],
     /// Direction of the robot's nose in radians, from x towards y.
     pub yaw_rad: f64,
-    /// Time in ms between two poses of motion capture; `None` for no poses.
-    pub pose_ms: Option<u32>,
+    /// Poses from outside that the robot gets by radio, if any.
+    pub poses: Option<PoseSource>,
+}
+
+/// A source of poses outside of the robot. They are 10 ms late, and 1 % of them is lost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseSource {
+    /// Time in ms between two poses.
+    pub period_ms: u32,
+    /// Standard deviation of each coordinate in m.
+    pub position_sigma_m: f64,
+    /// Standard deviation of the rotation about each axis in radians.
+    pub attitude_sigma_rad: f64,
 }
 
 /// The measurements of a step.
@@ -34,10 +48,10 @@ pub(crate) struct Sensed {
     pub(crate) inertial: Option<ImuCounts>,
     /// Pressure in Pa.
     pub(crate) pressure_pa: Option<f64>,
-    /// Motion of the ground, as the flow sensor of a deck sees it.
+    /// The motion of the ground in the image of a Flow deck.
     pub(crate) flow: Option<FlowCounts>,
-    /// Distance to the ground below.
-    pub(crate) height: Option<HeightReading>,
+    /// The distance to the ground along the axis of a Flow deck.
+    pub(crate) distance: HeightReading,
     /// A pose that arrived by radio.
     pub(crate) pose: Option<ExternalPose>,
     /// The true motion, if a report is due.
@@ -60,22 +74,25 @@ pub(crate) struct FlightBody {
 impl FlightBody {
     /// Returns a body that stands on the ground from `now` on.
     pub(crate) fn new(settings: &BodySettings, now: Time) -> Self {
-        let BodySettings { seed, place_m, yaw_rad, pose_ms } = *settings;
+        let BodySettings { seed, place_m, yaw_rad, poses } = *settings;
         let airframe = Airframe::CRAZYFLIE_2_1_PLUS;
         let mut drone = Drone::new(airframe, seed);
-        drone.stand(0.0, place_m[0], place_m[1], yaw_rad);
-        let mut height = HeightSensor::new(seed);
-        // The model of the chip adds the time of its measurement.
-        height.set_age_steps(0);
+        drone.stand(FLOOR_M, place_m[0], place_m[1], yaw_rad);
         FlightBody {
             drone,
             imu: Imu::new(&airframe, ImuSettings::BMI088, seed),
             barometer: Barometer::new(seed),
             flow: FlowSensor::new(FlowSettings::PMW3901, seed),
-            height,
-            capture: pose_ms.map(|period_steps| {
-                let room = MotionCaptureSettings { period_steps, ..MotionCaptureSettings::ROOM };
-                MotionCapture::new(room, seed)
+            height: HeightSensor::new(seed),
+            capture: poses.map(|poses| {
+                let PoseSource { period_ms, position_sigma_m, attitude_sigma_rad } = poses;
+                let source = MotionCaptureSettings {
+                    period_steps: period_ms,
+                    position_sigma_m,
+                    attitude_sigma_rad,
+                    ..MotionCaptureSettings::ROOM
+                };
+                MotionCapture::new(source, seed)
             }),
             surroundings: DroneSurroundings::default(),
             next: now + STEP,
@@ -100,8 +117,8 @@ impl FlightBody {
         Sensed {
             inertial: self.imu.sample(state),
             pressure_pa: is_due(PRESSURE_STEPS).then(|| self.barometer.measure(state)),
-            flow: self.flow.sample(state, 0.0),
-            height: self.height.sample(state, 0.0),
+            flow: self.flow.sample(state, FLOOR_M),
+            distance: self.height.measure(state, FLOOR_M),
             pose: pose.map(|pose| ExternalPose {
                 position_m: pose.position_m.as_vec3().to_array(),
                 attitude: pose.attitude.as_quat().to_array(),
@@ -130,8 +147,10 @@ impl FlightBody {
 mod tests {
     use super::*;
 
+    const POSES: PoseSource =
+        PoseSource { period_ms: 10, position_sigma_m: 0.0005, attitude_sigma_rad: 0.005 };
     const SETTINGS: BodySettings =
-        BodySettings { seed: 1, place_m: [0.5, -0.25], yaw_rad: 0.0, pose_ms: Some(10) };
+        BodySettings { seed: 1, place_m: [0.5, -0.25], yaw_rad: 0.0, poses: Some(POSES) };
 
     /// Returns the measurements of a body that stands for a second, and then has these duties for one.
     fn measured(duties: [f64; 4]) -> (FlightBody, Vec<Sensed>) {

@@ -1,11 +1,12 @@
 //! The buses to the sensors and the expansion port.
 
-use bittybuzz_chips::devices::bmi088::{Bmi088, Bmi088Fault, Bmi088Settings};
-use bittybuzz_chips::devices::bmp388::{Bmp388, Bmp388Fault, Bmp388Settings};
-use bittybuzz_chips::devices::eeprom_24aa64::{CAPACITY, Eeprom24aa64, Eeprom24aa64Fault};
+use bittybuzz_chips::devices::bmi088::{Bmi088, Bmi088Settings};
+use bittybuzz_chips::devices::bmp388::{Bmp388, Bmp388Settings};
+use bittybuzz_chips::devices::eeprom_24aa64::{CAPACITY, Eeprom24aa64};
 use bittybuzz_chips::f405::F405;
 use bittybuzz_chips::stm32::Pin;
 use bittybuzz_chips::{BusAction, I2cBus, I2cDevice, Random, Time};
+use bittybuzz_emulation::message::DeviceFault;
 
 use crate::decks::{self, Decks};
 
@@ -111,17 +112,21 @@ impl Buses {
         self.barometer.set_air(pressure_pa, TEMPERATURE_C, now);
     }
 
-    /// Sets or ends the fault of the inertial sensors.
-    pub fn set_imu_fault(&mut self, f405: &mut F405, fault: Option<Bmi088Fault>, now: Time) {
-        self.imu.set_fault(fault, now);
+    /// Sets or ends the fault of a device on the buses. Without a Flow deck, faults of its sensors have
+    /// no effect.
+    pub fn set_fault(&mut self, f405: &mut F405, fault: DeviceFault, now: Time) {
+        match fault {
+            DeviceFault::Imu(fault) => self.imu.set_fault(fault.map(Into::into), now),
+            DeviceFault::Barometer(fault) => self.barometer.set_fault(fault.map(Into::into), now),
+            DeviceFault::Eeprom(fault) => self.memory.set_fault(fault.map(Into::into)),
+            DeviceFault::Flow(fault) => self.decks.set_flow_fault(fault.map(Into::into)),
+            DeviceFault::Distance(fault) => {
+                self.decks.set_distance_fault(fault.map(Into::into), now);
+            }
+            // The nRF51 reads these memories.
+            DeviceFault::DeckMemories(_) => {}
+        }
         self.settle_data_ready(f405);
-        // The fault may hold or release a line.
-        self.after_write(f405, now);
-    }
-
-    /// Sets or ends the fault of the barometer.
-    pub fn set_barometer_fault(&mut self, f405: &mut F405, fault: Option<Bmp388Fault>, now: Time) {
-        self.barometer.set_fault(fault, now);
         // The fault may hold or release a line.
         self.after_write(f405, now);
     }
@@ -131,18 +136,6 @@ impl Buses {
         let mut content = Box::new([0xff; CAPACITY]);
         content[..bytes.len()].copy_from_slice(bytes);
         self.memory = Eeprom24aa64::new(content);
-    }
-
-    /// Sets or ends the fault of the memory.
-    pub fn set_memory_fault(
-        &mut self,
-        f405: &mut F405,
-        fault: Option<Eeprom24aa64Fault>,
-        now: Time,
-    ) {
-        self.memory.set_fault(fault);
-        // The fault may hold or release a line.
-        self.after_write(f405, now);
     }
 
     /// Calls `action` with an I2C bus and its devices.

@@ -1,5 +1,6 @@
 //! The commands that a Crazyflie handles, and its counters in the protocol's messages.
 
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use bittybuzz_chips::devices::eeprom_24aa64;
@@ -9,10 +10,20 @@ use bittybuzz_chips::{
     Battery, ChipProperties, ExternalPose, LineQuality, LinkFrame, Nrf51Settings, P2pFrame,
     ResetCause, Time,
 };
-use bittybuzz_emulation::message::{self, BoardStatistics, Command, CrazyflieStatistics};
-use bittybuzz_emulation::{CommandRefusal, Control, finite, lsi, probability};
+use bittybuzz_emulation::message::{
+    self, BoardStatistics, Command, CrazyflieStatistics, DeviceFault,
+};
+use bittybuzz_emulation::{CommandRefusal, Control, lsi, probability, within};
 
-use crate::{AttachedDeck, BodySettings, CrazyflieBoard, RangesMm, Statistics};
+use crate::{AttachedDeck, BodySettings, CrazyflieBoard, PoseSource, RangesMm, Statistics};
+
+/// Coordinates of a body in mm: 1 km, as far as poses in single precision are exact to 0.1 mm.
+const PLACE_MM: RangeInclusive<f64> = -1e6..=1e6;
+/// Directions in degrees.
+const YAW_DEGREES: RangeInclusive<f64> = -360.0..=360.0;
+/// Noise of poses in mm and in degrees.
+const NOISE_MM: RangeInclusive<f64> = 0.0..=1000.0;
+const NOISE_DEGREES: RangeInclusive<f64> = 0.0..=180.0;
 
 impl Control for CrazyflieBoard {
     const NAME: &'static str = "Crazyflie";
@@ -54,13 +65,17 @@ impl Control for CrazyflieBoard {
             }
             Command::RadioRestart => self.restart_nrf51(),
             Command::FlowControl { full } => self.set_flow_control(full),
-            Command::ImuFault { fault } => self.set_imu_fault(fault.map(Into::into)),
-            Command::BarometerFault { fault } => self.set_barometer_fault(fault.map(Into::into)),
+            Command::DeviceFault { fault } => {
+                let is_of_deck = matches!(fault, DeviceFault::Flow(_) | DeviceFault::Distance(_));
+                if is_of_deck && !self.has_flow_deck() {
+                    return Err(CommandRefusal::NoFlowDeck);
+                }
+                self.set_fault(fault);
+            }
             Command::Eeprom { bytes } if bytes.len() > eeprom_24aa64::CAPACITY => {
                 return Err(CommandRefusal::Eeprom(bytes.len()));
             }
             Command::Eeprom { bytes } => self.set_eeprom(&bytes),
-            Command::EepromFault { fault } => self.set_eeprom_fault(fault.map(Into::into)),
             Command::Ranges { down_mm, front_mm, back_mm, left_mm, right_mm, up_mm } => {
                 self.set_ranges(RangesMm {
                     down: down_mm,
@@ -75,19 +90,32 @@ impl Control for CrazyflieBoard {
                 let decks = decks.into_iter().map(attached);
                 self.set_decks(decks.collect::<Result<_, _>>()?);
             }
-            Command::DeckMemoryFault { fault } => {
-                self.set_deck_memory_fault(fault.map(Into::into));
-            }
             Command::Battery { volts, charging, usb_powered } => {
                 self.set_battery(Battery { volts, charging, usb_powered });
             }
             Command::Shutdown => self.request_shutdown(),
-            Command::Body { seed, x_mm, y_mm, yaw_degrees, pose_ms } => {
+            Command::Body {
+                seed,
+                x_mm,
+                y_mm,
+                yaw_degrees,
+                pose_ms,
+                pose_noise_mm,
+                pose_noise_degrees,
+            } => {
+                let place_mm = [within("x_mm", PLACE_MM, x_mm)?, within("y_mm", PLACE_MM, y_mm)?];
+                let noise_degrees =
+                    within("pose_noise_degrees", NOISE_DEGREES, pose_noise_degrees)?;
+                let poses = PoseSource {
+                    period_ms: pose_ms,
+                    position_sigma_m: within("pose_noise_mm", NOISE_MM, pose_noise_mm)? / 1000.0,
+                    attitude_sigma_rad: noise_degrees.to_radians(),
+                };
                 self.set_body(&BodySettings {
                     seed,
-                    place_m: [finite("x_mm", x_mm)? / 1000.0, finite("y_mm", y_mm)? / 1000.0],
-                    yaw_rad: finite("yaw_degrees", yaw_degrees)?.to_radians(),
-                    pose_ms: (pose_ms > 0).then_some(pose_ms),
+                    place_m: place_mm.map(|mm| mm / 1000.0),
+                    yaw_rad: within("yaw_degrees", YAW_DEGREES, yaw_degrees)?.to_radians(),
+                    poses: (pose_ms > 0).then_some(poses),
                 });
             }
             // The server opens it, and passes packets on as link frames.
@@ -192,23 +220,35 @@ mod tests {
             (r#"{"command":"reset","cause":"brown_out"}"#, "obeyed"),
             (r#"{"command":"otp","bytes":"303b43463231"}"#, "obeyed"),
             (&format!(r#"{{"command":"otp","bytes":"{}"}}"#, "00".repeat(513)), "has 512"),
-            (r#"{"command":"imu_fault","fault":{"sda_low":9}}"#, "obeyed"),
-            (r#"{"command":"imu_fault","fault":"no_acknowledge"}"#, "obeyed"),
-            (r#"{"command":"imu_fault","fault":null}"#, "obeyed"),
-            (r#"{"command":"barometer_fault","fault":{"wrong_id":85}}"#, "obeyed"),
-            (r#"{"command":"barometer_fault","fault":null}"#, "obeyed"),
+            (r#"{"command":"device_fault","fault":{"imu":{"sda_low":9}}}"#, "obeyed"),
+            (r#"{"command":"device_fault","fault":{"imu":null}}"#, "obeyed"),
+            (r#"{"command":"device_fault","fault":{"barometer":"frozen_data"}}"#, "obeyed"),
+            (r#"{"command":"device_fault","fault":{"eeprom":{"slow_writes_ms":20}}}"#, "obeyed"),
+            (r#"{"command":"device_fault","fault":{"flow":"no_answer"}}"#, "no Flow deck"),
+            (r#"{"command":"device_fault","fault":{"distance":null}}"#, "no Flow deck"),
+            (r#"{"command":"device_fault","fault":{"deck_memories":{"wrong_bit":6}}}"#, "obeyed"),
             (r#"{"command":"eeprom","bytes":"30784243"}"#, "obeyed"),
             (&format!(r#"{{"command":"eeprom","bytes":"{}"}}"#, "00".repeat(8193)), "not 8193"),
-            (r#"{"command":"eeprom_fault","fault":"no_acknowledge"}"#, "obeyed"),
             (r#"{"command":"ranges","front_mm":700}"#, "obeyed"),
             (r#"{"command":"decks","decks":["flow_v2","multi_ranger"]}"#, "obeyed"),
+            (r#"{"command":"device_fault","fault":{"flow":"no_answer"}}"#, "obeyed"),
             (r#"{"command":"decks","decks":["z_ranger_v2",{"memory":"eb00"}]}"#, "obeyed"),
             (
                 &format!(r#"{{"command":"decks","decks":[{{"memory":"{}"}}]}}"#, "00".repeat(113)),
                 "has at most 112 bytes, this one has 113",
             ),
-            (r#"{"command":"deck_memory_fault","fault":{"wrong_bit":6}}"#, "obeyed"),
-            (r#"{"command":"deck_memory_fault","fault":null}"#, "obeyed"),
+            (
+                r#"{"command":"body","seed":1,"x_mm":1000000,"y_mm":-1000000,"yaw_degrees":360}"#,
+                "obeyed",
+            ),
+            (
+                r#"{"command":"body","seed":1,"x_mm":1e308}"#,
+                "x_mm is between -1000000 and 1000000, not 1000000000000",
+            ),
+            (r#"{"command":"body","seed":1,"y_mm":-1000000.5}"#, "y_mm is between"),
+            (r#"{"command":"body","seed":1,"yaw_degrees":361}"#, "between -360 and 360, not 361"),
+            (r#"{"command":"body","seed":1,"pose_noise_mm":-1}"#, "between 0 and 1000, not -1"),
+            (r#"{"command":"body","seed":1,"pose_noise_degrees":181}"#, "between 0 and 180"),
             (r#"{"command":"radio_processor"}"#, "obeyed"),
             (
                 r#"{"command":"radio_processor","ready":false,"rts_bytes":4,"ble_shutdown_us":0,"ble_masks":true}"#,

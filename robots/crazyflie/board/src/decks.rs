@@ -3,8 +3,8 @@
 
 use bittybuzz_chips::devices::one_wire::{CAPACITY, DeckDescription, DeckMemories, DeckMemory};
 use bittybuzz_chips::devices::pca9554::Pca9554;
-use bittybuzz_chips::devices::pmw3901::{EarlyRead, FlowImage, Pmw3901};
-use bittybuzz_chips::devices::vl53l1x::{DistanceScale, RangeTarget, Vl53l1x};
+use bittybuzz_chips::devices::pmw3901::{EarlyRead, FlowImage, Pmw3901, Pmw3901Fault};
+use bittybuzz_chips::devices::vl53l1x::{DistanceScale, RangeTarget, Vl53l1x, Vl53l1xFault};
 use bittybuzz_chips::{I2cDevice, SpiDevice, Time};
 use bittybuzz_crazyflie_physics::sensors::{FlowCounts, HeightReading};
 
@@ -157,6 +157,23 @@ impl Decks {
         flow.sensor.add_motion([y.saturating_neg(), x.saturating_neg()], image);
     }
 
+    /// Returns true if a deck has a flow sensor.
+    pub fn has_flow(&self) -> bool {
+        self.flow.is_some()
+    }
+
+    /// Sets or ends the fault of the flow sensor.
+    pub fn set_flow_fault(&mut self, fault: Option<Pmw3901Fault>) {
+        if let Some(flow) = &mut self.flow {
+            flow.sensor.set_fault(fault);
+        }
+    }
+
+    /// Sets or ends the fault of the sensors towards the ground.
+    pub fn set_distance_fault(&mut self, fault: Option<Vl53l1xFault>, now: Time) {
+        self.down.iter_mut().for_each(|sensor| sensor.set_fault(fault, now));
+    }
+
     /// Returns the memories of the decks.
     pub fn memories(&self) -> DeckMemories {
         DeckMemories::new(self.attached.iter().map(AttachedDeck::memory).collect())
@@ -200,5 +217,41 @@ impl Decks {
     pub fn exchange(&mut self, byte: u8, end: Time) -> Option<u8> {
         let flow = self.flow.as_mut().filter(|flow| flow.is_selected)?;
         Some(flow.sensor.exchange(byte, end))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The first byte of a burst of the flow sensor (pmw3901.c).
+    const BURST: u8 = 0x16;
+
+    /// Reads a burst as Bitcraze's driver does: motion, deltas along x and y, and quality.
+    fn burst(deck: &mut Decks, mut now: Time) -> (u8, [i16; 2], u8) {
+        deck.set_select(false, now);
+        now = now + Time::from_micros(50);
+        deck.exchange(BURST, now);
+        now = now + Time::from_micros(50);
+        let bytes = [(); 12].map(|()| deck.exchange(0, now).expect("it is selected"));
+        deck.set_select(true, now);
+        let delta = [2, 4].map(|at| i16::from_le_bytes([bytes[at], bytes[at + 1]]));
+        (bytes[0], delta, bytes[6])
+    }
+
+    /// flowdeck_v1v2.c of Bitcraze's firmware: `accpx = -deltaY` and `accpy = -deltaX` are the
+    /// motion along the robot's x and y, and it uses readings with motion 0xb0 only.
+    #[test]
+    fn bitcrazes_driver_gets_the_motion_of_the_robot() {
+        let mut deck = Decks::new(vec![AttachedDeck::FlowV2], Time::ZERO);
+        let now = Time::from_millis(100);
+        let seen = FlowCounts { x: 12, y: -5, quality: 100, shutter: 1962, is_valid: true };
+        deck.add_flow(seen);
+        deck.add_flow(FlowCounts { x: 1, y: 0, ..seen });
+        let (motion, [delta_x, delta_y], quality) = burst(&mut deck, now);
+        assert_eq!((motion, [-delta_y, -delta_x], quality), (0xb0, [13, -5], 100));
+        deck.add_flow(FlowCounts { x: 0, y: 0, is_valid: false, ..seen });
+        let (motion, _, quality) = burst(&mut deck, now + Time::from_millis(10));
+        assert_eq!((motion, quality), (0x30, 0));
     }
 }

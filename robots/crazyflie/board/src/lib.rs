@@ -10,10 +10,6 @@ mod decks;
 #[cfg(test)]
 mod tests;
 
-use bittybuzz_chips::devices::bmi088::Bmi088Fault;
-use bittybuzz_chips::devices::bmp388::Bmp388Fault;
-use bittybuzz_chips::devices::eeprom_24aa64::Eeprom24aa64Fault;
-use bittybuzz_chips::devices::one_wire::OneWireFault;
 use bittybuzz_chips::f405::{F405, PinAction};
 use bittybuzz_chips::nrf51::{BAUD, Nrf51, PeerAction};
 use bittybuzz_chips::stm32::{Pin, Pwm};
@@ -22,9 +18,10 @@ use bittybuzz_chips::{
     FlashChange, LineQuality, Lines, LinkFrame, MemoryContent, MemoryMap, Nrf51Settings, P2pFrame,
     Random, ResetCause, Time, Transfer, Width,
 };
+use bittybuzz_emulation::message::DeviceFault;
 
-pub use crate::body::BodySettings;
 use crate::body::FlightBody;
+pub use crate::body::{BodySettings, PoseSource};
 use crate::bootloader::FIRMWARE;
 use crate::buses::Buses;
 use crate::decks::Decks;
@@ -146,6 +143,8 @@ pub struct CrazyflieBoard {
     nrf51_next: Option<Time>,
     buses: Buses,
     body: Option<FlightBody>,
+    /// True once the state of the battery was set, which then does not follow the body.
+    battery_is_set: bool,
     leds: [bool; LEDS.len()],
     motors: [Pwm; MOTORS.len()],
     reset_request: Option<ResetCause>,
@@ -171,6 +170,7 @@ impl CrazyflieBoard {
             nrf51: Nrf51::new(),
             nrf51_next: None,
             body: None,
+            battery_is_set: false,
             leds: [false; LEDS.len()],
             motors: [Pwm::LOW; MOTORS.len()],
             reset_request: None,
@@ -259,7 +259,9 @@ impl CrazyflieBoard {
             return;
         }
         let sensed = body.step(self.motors.map(|signal| signal.duty));
-        self.nrf51.set_volts(body.battery_volts() as f32);
+        if !self.battery_is_set {
+            self.nrf51.set_volts(body.battery_volts() as f32);
+        }
         if let Some(counts) = sensed.inertial {
             self.buses.set_motion(counts.gyro, counts.accel, self.now);
         }
@@ -269,9 +271,7 @@ impl CrazyflieBoard {
         if let Some(flow) = sensed.flow {
             self.buses.decks.add_flow(flow);
         }
-        if let Some(height) = sensed.height {
-            self.buses.decks.set_height(height, self.now);
-        }
+        self.buses.decks.set_height(sensed.distance, self.now);
         if let Some(pose) = sensed.pose {
             self.nrf51.send_frame(&pose.frame(), self.now);
         }
@@ -340,15 +340,12 @@ impl CrazyflieBoard {
         self.settle();
     }
 
-    /// Sets or ends the fault of the inertial sensors.
-    pub fn set_imu_fault(&mut self, fault: Option<Bmi088Fault>) {
-        self.buses.set_imu_fault(&mut self.f405, fault, self.now);
-        self.settle();
-    }
-
-    /// Sets or ends the fault of the barometer.
-    pub fn set_barometer_fault(&mut self, fault: Option<Bmp388Fault>) {
-        self.buses.set_barometer_fault(&mut self.f405, fault, self.now);
+    /// Sets or ends the fault of a device. Without a Flow deck, faults of its sensors have no effect.
+    pub fn set_fault(&mut self, fault: DeviceFault) {
+        match fault {
+            DeviceFault::DeckMemories(fault) => self.nrf51.decks.set_fault(fault.map(Into::into)),
+            fault => self.buses.set_fault(&mut self.f405, fault, self.now),
+        }
         self.settle();
     }
 
@@ -363,21 +360,16 @@ impl CrazyflieBoard {
         self.buses.set_memory(bytes);
     }
 
-    /// Sets or ends the fault of the EEPROM.
-    pub fn set_eeprom_fault(&mut self, fault: Option<Eeprom24aa64Fault>) {
-        self.buses.set_memory_fault(&mut self.f405, fault, self.now);
-        self.settle();
-    }
-
-    /// Plugs these decks in instead of those that the robot had. Their power is on from now on.
+    /// Plugs these decks in instead of those that the robot had. Their power is on from now on. A
+    /// firmware that has looked for decks before does not find them.
     pub fn set_decks(&mut self, decks: Vec<AttachedDeck>) {
         self.buses.decks = Decks::new(decks, self.now);
         self.nrf51.decks = self.buses.decks.memories();
     }
 
-    /// Sets or ends the fault of the decks' memories.
-    pub fn set_deck_memory_fault(&mut self, fault: Option<OneWireFault>) {
-        self.nrf51.decks.set_fault(fault);
+    /// Returns true if a Flow deck is attached.
+    pub fn has_flow_deck(&self) -> bool {
+        self.buses.decks.has_flow()
     }
 
     /// Configures the radio's processor from now on.
@@ -407,8 +399,10 @@ impl CrazyflieBoard {
         self.reset_request = Some(cause);
     }
 
-    /// Sets the state of the battery from now on. The motors of a body get this voltage.
+    /// Sets the state of the battery from now on, also of a robot with a body, whose motors get this
+    /// voltage.
     pub fn set_battery(&mut self, battery: Battery) {
+        self.battery_is_set = true;
         self.nrf51.set_battery(battery);
         if let Some(body) = &mut self.body {
             body.set_battery_volts(battery.volts.into());
@@ -427,13 +421,7 @@ impl CrazyflieBoard {
 /// does not affect the radio's processor, which also controls the power.
 impl Board for CrazyflieBoard {
     const CORE: CoreKind = CoreKind::CortexM4F;
-    const MEMORY: MemoryMap = MemoryMap {
-        flash: 1024 * 1024,
-        ram: 128 * 1024,
-        ccm: 64 * 1024,
-        peripherals: &[(0x4000_0000, 0x8_0000), (0x5000_0000, 0x6_1000)],
-        read_only: &[(0x1fff_7000, 0x1000)],
-    };
+    const MEMORY: MemoryMap = F405::MEMORY;
 
     fn power_on(number: usize) -> Self {
         let mut settings = CrazyflieVariation::default();

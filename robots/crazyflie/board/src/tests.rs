@@ -263,6 +263,30 @@ fn registers_without_model_are_storage_and_listed() {
     assert_eq!(board.statistics().unknown, [0x4000_641c]);
 }
 
+/// Returns the voltage that the radio's processor reports last.
+fn reported_volts(board: &mut CrazyflieBoard) -> f32 {
+    start_usart(board, 84);
+    // SYSLINK_PM_BATTERY_AUTOUPDATE; the first report comes a second after power-on.
+    let received = talk(board, &[0xbc, 0xcf, 0x14, 0x00, 0x14, 0x28], Time::from_millis(1_200));
+    let begins = |frame: &&[u8]| frame.starts_with(&[0xbc, 0xcf, 0x13]);
+    let report = received.windows(9).rev().find(begins).expect("a report");
+    f32::from_le_bytes(report[5..].try_into().expect("four bytes"))
+}
+
+#[test]
+fn a_body_discharges_only_a_battery_that_was_not_set() {
+    let battery = Battery { volts: 3.1, charging: false, usb_powered: false };
+    let body = BodySettings { seed: 1, place_m: [0.0; 2], yaw_rad: 0.0, poses: None };
+    let mut board = self::board();
+    board.set_body(&body);
+    let full = reported_volts(&mut board);
+    assert!((4.1..4.3).contains(&full), "{full}");
+    let mut board = self::board();
+    board.set_body(&body);
+    board.set_battery(battery);
+    assert_eq!(reported_volts(&mut board), 3.1);
+}
+
 #[test]
 fn cutting_the_power_turns_everything_off() {
     let mut board = board();

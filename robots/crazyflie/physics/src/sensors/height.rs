@@ -81,7 +81,8 @@ impl HeightSensor {
         arrived.and_then(|reading| self.gate.pass(reading))
     }
 
-    fn measure(&mut self, state: &DroneState, ground_m: f64) -> HeightReading {
+    /// Returns the measurement of this moment, for a chip that has the period and the age itself.
+    pub fn measure(&mut self, state: &DroneState, ground_m: f64) -> HeightReading {
         // A draw in any case keeps later noise independent of the echoes.
         let normal = self.noise.normal();
         let height_m = state.position_m.z - ground_m;
