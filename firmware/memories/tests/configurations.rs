@@ -16,7 +16,7 @@ const TRIM_HUGE: &str = "3078424301050200000000286b6e4e0189674523dd";
 
 fn decode(digits: &str) -> Result<Configuration, ConfigurationError> {
     let memory = crate::contents::memory(digits);
-    Configuration::decode(memory.first_chunk::<CONFIGURATION_BYTES>().unwrap())
+    Configuration::decode(memory.first_chunk::<CONFIGURATION_BYTES>().expect("it is longer"))
 }
 
 #[test]

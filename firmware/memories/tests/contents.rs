@@ -26,7 +26,7 @@ pub const LONG_NAME: &str = "eb000000004217d3005c015a\
 pub fn memory(digits: &str) -> [u8; MEMORY_BYTES] {
     let mut memory = [0xff; MEMORY_BYTES];
     for (at, byte) in memory.iter_mut().enumerate().take(digits.len() / 2) {
-        *byte = u8::from_str_radix(&digits[2 * at..2 * at + 2], 16).unwrap();
+        *byte = u8::from_str_radix(&digits[2 * at..2 * at + 2], 16).expect("hexadecimal digits");
     }
     memory
 }

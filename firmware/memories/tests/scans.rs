@@ -30,7 +30,7 @@ fn scan(memories: &mut DeckMemories) -> (Result<DeckSet, DeckRefusal>, usize) {
             None => scan.give_up(),
         }
     }
-    (scan.result().unwrap(), requests)
+    (scan.result().expect("the search has ended"), requests)
 }
 
 fn decks(expected: &[Deck]) -> Result<DeckSet, DeckRefusal> {
