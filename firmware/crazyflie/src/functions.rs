@@ -179,6 +179,9 @@ fn range<C: ByteCode, const N: usize>(
 impl RobotHost<Numbers> for Crazyflie {
     const ON_FAULT_STOPS: bool = robot::ON_FAULT_STOPS;
     const PERIODS: Periods = robot::PERIODS;
+    /// A sample of the flight task takes 145 µs, each millisecond. The first long instruction of a slice
+    /// should end it, which the next 50 µs suffice for.
+    const INTERRUPTION: Duration = Duration::from_micros(100);
 
     fn call<C: ByteCode, const SLOTS: usize>(
         &mut self,

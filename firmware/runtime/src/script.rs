@@ -52,15 +52,18 @@ use bridge::{Places, SliceHost};
 use log::Log;
 use ticks::Ticks;
 
-/// The longest time for which the script keeps the processor, including a garbage collection.
+/// The longest time for which the script keeps the processor, including a garbage collection, and
+/// without the tasks of a higher priority that interrupt it.
 pub const SLICE_MAX: Duration = Duration::from_micros(500);
 
 /// The part of [`SLICE_MAX`] for the work before the clock is read: [`CHUNK`] short instructions,
 /// and a long one with a collection of a full heap.
 const LAST_WORK: Duration = Duration::from_micros(350);
 
-/// The time in µs after which the slice ends as soon as the clock is read.
-const SLICE_US: u16 = (SLICE_MAX.as_micros() - LAST_WORK.as_micros()) as u16;
+/// Returns the time in µs after which the slice of a robot ends as soon as the clock is read.
+const fn slice_us<P: Profile, R: RobotHost<P>>() -> u16 {
+    (SLICE_MAX.as_micros() - LAST_WORK.as_micros() - R::INTERRUPTION.as_micros()) as u16
+}
 
 /// The number of short instructions between two readings of the clock. After a long instruction the
 /// machine reads the clock at once.
@@ -84,6 +87,10 @@ pub trait RobotHost<P: Profile> {
 
     /// True if every fault stops the script for good.
     const ON_FAULT_STOPS: bool = false;
+
+    /// The longest time that tasks of a higher priority take during a slice, if it is a large part of
+    /// one.
+    const INTERRUPTION: Duration = Duration::from_micros(0);
 
     /// The periods of the messages that the virtual machine sends on its own.
     const PERIODS: Periods = Periods::DEFAULT;
@@ -426,7 +433,10 @@ impl<P: Profile, C: ByteCode + 'static, R: RobotHost<P>, const SLOTS: usize>
             outcome = self.vm.run(&mut bridge, CHUNK);
             let us = self.robot.clock_us().wrapping_sub(begin);
             self.counts.longest_slice_us = self.counts.longest_slice_us.max(us.into());
-            if outcome != Outcome::Pending || us >= SLICE_US || self.log.is_much() {
+            if outcome != Outcome::Pending
+                || us >= const { slice_us::<P, R>() }
+                || self.log.is_much()
+            {
                 break;
             }
         }

@@ -10,7 +10,7 @@ use embassy_time::{Duration, Instant};
 use heapless::Vec;
 
 use super::log::Log;
-use super::{RobotHost, SLICE_US};
+use super::{RobotHost, slice_us};
 
 /// The contained faults that were reported, by position and cause. Faults at further places are
 /// only counted.
@@ -89,7 +89,7 @@ impl<P: Profile, R: RobotHost<P>> Host<P> for SliceHost<'_, R> {
 
     #[inline(always)]
     fn is_slice_over(&mut self) -> bool {
-        self.robot.clock_us().wrapping_sub(self.begin) >= SLICE_US
+        self.robot.clock_us().wrapping_sub(self.begin) >= const { slice_us::<P, R>() }
     }
 
     fn periods(&self) -> Periods {
