@@ -188,10 +188,10 @@ mod tests {
 
     #[test]
     fn the_budget_is_that_of_the_robot_file() {
-        assert!(check(&crazyflie(124_000, 49_152)).is_ok());
-        let failure = check(&crazyflie(124_001, 49_153)).unwrap_err().to_string();
-        assert!(failure.contains("flash 124001 > 124000"), "{failure}");
-        assert!(failure.contains("ram 49153 > 49152"), "{failure}");
+        assert!(check(&crazyflie(236_000, 61_440)).is_ok());
+        let failure = check(&crazyflie(236_001, 61_441)).unwrap_err().to_string();
+        assert!(failure.contains("flash 236001 > 236000"), "{failure}");
+        assert!(failure.contains("ram 61441 > 61440"), "{failure}");
     }
 
     #[test]

@@ -460,11 +460,11 @@ impl toml_reader::Cause for ScenarioCause {
                 robots.join("` or `cargo xtask build ")
             )),
             ScenarioCause::NoImages { .. } => Some(
-                "robot = \"crazyflie\" does; `firmware` names another build of this project's firmware"
+                "`firmware` names another build of this project's firmware for the robot"
                     .to_owned(),
             ),
             ScenarioCause::NoImage { .. } => Some(
-                "name the ELF file of a firmware for the STM32F405 of a Crazyflie".to_owned(),
+                "name the ELF file of a firmware for the robot's chip".to_owned(),
             ),
             ScenarioCause::NotWithImage { key: "script" } => Some(
                 "leave out `script`, or leave out `image`: this project's firmware runs scripts"

@@ -159,7 +159,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "script" "path" "" "script of these robots: .bzz, .bo or .bbi; none with `image`",
             "backend" "word" "vm" "vm: a virtual machine runs the script; firmware: the robot's own image runs it in an emulator",
             "firmware" "path" "output of cargo" "backend = \"firmware\": the image to flash (ELF; for an AVR also Intel HEX)",
-            "image" "path" "none" "backend = \"firmware\": a foreign image for the chip of a Crazyflie (ELF), which runs without a script",
+            "image" "path" "none" "backend = \"firmware\": a foreign image for the robot's chip (ELF), which runs without a script",
             "door" "1 to 65535" "none" "image: UDP port at which ground stations reach the first robot; the others have the next ports",
             "profile" "word" "that of the robot" "for robots with both profiles: tiny, if the swarm also has smaller robots, or full",
             "on_fault" "word" "that of the robot" "after an error of the script: restart, it starts again after a pause; stop, it stops until power-on",

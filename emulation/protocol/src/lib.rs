@@ -33,7 +33,7 @@ mod rtt;
 mod server;
 mod symbol;
 
-pub use bittybuzz_chips::MemoryMap;
+pub use bittybuzz_chips::{MemoryMap, f405::F405};
 pub use client::{ClientError, Emulator, RunResult};
 pub use control::{CommandRefusal, Control, finite, lsi, memory, probability, within};
 pub use core::{Core, CoreState};

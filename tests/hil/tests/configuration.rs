@@ -56,7 +56,7 @@ fn without_a_valid_configuration_the_radio_has_its_defaults() {
         let (settings, log) = set_up(bytes, fault);
         assert_eq!(settings, [vec![80], vec![2], vec![0xe7; 5]]);
         let line = format!("default configuration: {reason}");
-        assert!(log.iter().any(|found| *found == line), "{log:?}");
+        assert!(log.contains(&line), "{log:?}");
     }
 }
 

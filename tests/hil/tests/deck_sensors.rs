@@ -108,7 +108,7 @@ fn missing_chips_are_named_and_keep_the_robot_from_arming() {
             assert_eq!(lines.iter().filter(|line| line == reason).count(), 1, "{lines:?}");
         }
         let arming = format!("the robot does not arm: {}", reasons[0]);
-        assert!(lines.iter().any(|line| *line == arming), "{lines:?}");
+        assert!(lines.contains(&arming), "{lines:?}");
         assert_healthy(&robot);
     }
 }

@@ -83,7 +83,7 @@ fn other_decks_are_refused() {
         robot.run_ms(STATUS_MS);
         let found = log(&robot);
         let arming = format!("the robot does not arm: {reason}");
-        assert!(found.iter().any(|line| *line == arming), "{reason}: {found:?}");
+        assert!(found.contains(&arming), "{reason}: {found:?}");
     }
 }
 

@@ -18,7 +18,10 @@ pub mod ranging;
 use core::cell::Cell;
 
 use bittybuzz_board::log;
-use bittybuzz_memories::{Deck, DeckConflict, DeckRefusal, DeckScan, DeckSet, MemoryFault};
+use bittybuzz_comms::syslink::SyslinkFrame;
+use bittybuzz_memories::{
+    Deck, DeckConflict, DeckRefusal, DeckScan, DeckSet, MemoryFault, OneWireRequest,
+};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 
@@ -26,6 +29,7 @@ use bittybuzz_runtime::liveness::BEAT;
 use embassy_time::Timer;
 
 use crate::link::one_wire;
+use crate::link::send::send_frame;
 use fault::{DeckFault, DeckFaultCause};
 
 /// The number of requests in a row without an answer after which the search ends.
@@ -62,7 +66,7 @@ pub async fn find_decks() {
     let mut scan = DeckScan::new();
     let mut attempts = 0;
     while let Some(request) = scan.request() {
-        let answer = one_wire::ask(request).await;
+        let answer = ask(request).await;
         let is_answered = answer.is_some_and(|answer| {
             let (kind, content) = answer.content();
             scan.process(kind, content)
@@ -85,6 +89,17 @@ pub async fn find_decks() {
         Some(Err(refusal)) => log::error!("{}", Shown(refusal)),
         None => {}
     }
+}
+
+/// Sends a request, and returns the next answer, which may be that of an earlier request.
+async fn ask(request: OneWireRequest) -> Option<one_wire::Answer> {
+    let mut buffer = [0; OneWireRequest::BYTES_MAX];
+    let (kind, content) = request.write(&mut buffer);
+    one_wire::discard_answer();
+    if let Ok(frame) = SyslinkFrame::new(kind, content) {
+        send_frame(frame);
+    }
+    one_wire::answer().await
 }
 
 /// A refusal in words.

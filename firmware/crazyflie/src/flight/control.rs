@@ -34,11 +34,6 @@ const TICKS_MAX: u64 = 10;
 /// Samples between two copies for the pilot.
 const COPY_SAMPLES: u32 = 10;
 
-/// The time in µs from a data-ready pulse to the compare registers within which nearly all samples, and
-/// all samples, have to be used.
-pub const USUAL_US: u32 = 700;
-pub const LIMIT_US: u32 = 950;
-
 /// The accuracy of poses from a positioning system with cameras: Crazyswarm sets 1 mm
 /// (crazyflies.yaml).
 const POSE_SIGMA_M: f32 = 0.001;

@@ -10,8 +10,12 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::Instant;
 
-use super::control::{LIMIT_US, USUAL_US};
 use super::fault::SensorRefusal;
+
+/// The time in µs from a data-ready pulse to the compare registers within which nearly all samples, and
+/// all samples, have to be used.
+const USUAL_US: u32 = 700;
+const LIMIT_US: u32 = 950;
 
 /// A sample of both inertial sensors. The axes of the chip are those of the body: x ahead, y to the
 /// left, z up (crazyflie-firmware, platform_defaults.h: the angles of the IMU are 0).

@@ -4,13 +4,11 @@
 //! those that do not fit. All other frames therefore wait until it has answered.
 
 use bittybuzz_comms::syslink::{MTU, SyslinkFrame};
-use bittybuzz_memories::{OneWireRequest, kind};
+use bittybuzz_memories::kind;
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
-
-use super::send::send_frame;
 
 /// The longest time for which other frames wait. A bit takes about 70 µs on the wire, the search of
 /// four memories, whose content the nRF51 then copies, about 0.4 s (memory.c of
@@ -43,14 +41,13 @@ pub fn is_request(kind: u8) -> bool {
     matches!(kind, kind::SCAN | kind::READ)
 }
 
-/// Sends a request, and returns the next answer, which may be that of an earlier request.
-pub async fn ask(request: OneWireRequest) -> Option<Answer> {
-    let mut buffer = [0; OneWireRequest::BYTES_MAX];
-    let (kind, content) = request.write(&mut buffer);
+/// Discards the last answer.
+pub fn discard_answer() {
     ANSWER.reset();
-    if let Ok(frame) = SyslinkFrame::new(kind, content) {
-        send_frame(frame);
-    }
+}
+
+/// Returns the next answer, which may be that of an earlier request; `None` if none arrives.
+pub async fn answer() -> Option<Answer> {
     with_timeout(PATIENCE, ANSWER.wait()).await.ok()
 }
 

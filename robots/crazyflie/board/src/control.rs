@@ -231,7 +231,6 @@ mod tests {
             (&format!(r#"{{"command":"eeprom","bytes":"{}"}}"#, "00".repeat(8193)), "not 8193"),
             (r#"{"command":"ranges","front_mm":700}"#, "obeyed"),
             (r#"{"command":"decks","decks":["flow_v2","multi_ranger"]}"#, "obeyed"),
-            (r#"{"command":"device_fault","fault":{"flow":"no_answer"}}"#, "obeyed"),
             (r#"{"command":"decks","decks":["z_ranger_v2",{"memory":"eb00"}]}"#, "obeyed"),
             (
                 &format!(r#"{{"command":"decks","decks":[{{"memory":"{}"}}]}}"#, "00".repeat(113)),

@@ -4,9 +4,8 @@ use std::time::Duration;
 
 use bittybuzz_arena::engine::{LinkStatistics, Pose, RobotView};
 use bittybuzz_arena::robot::Emulation;
-use bittybuzz_chips::f405::F405;
-use bittybuzz_emulation::MemoryMap;
 use bittybuzz_emulation::message::{BoardStatistics, Command, Deck, RobotStatistics};
+use bittybuzz_emulation::{F405, MemoryMap};
 use bittybuzz_robot_spec::{NumberProfile, Robot};
 
 use crate::{CrazyflieModel, Positioning};

@@ -217,8 +217,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "swarm-frames-too-fast",
         file: SEND,
-        find: "if is_p2p { TURN + AIR } else { TURN }",
-        put: "if is_p2p { AIR } else { TURN }",
+        find: "Some(&kind::RADIO_P2P_BROADCAST) => pause += AIR,",
+        put: "Some(&kind::RADIO_P2P_BROADCAST) => pause = AIR,",
         breaks: "a frame to other robots is cut off on the air by the next one",
     },
     Mutant {
