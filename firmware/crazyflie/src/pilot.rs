@@ -2,7 +2,7 @@
 //!
 //! The pilot is that of the crate [`bittybuzz_flight`], and flies as in the simulator. It runs in the
 //! script's task and commands a copy of the flight controller
-//! ([`pilot_desk`](crate::flight::pilot_desk)), so a search for a path delays no sample.
+//! ([`pilot_desk`]), so a search for a path delays no sample.
 //!
 //! A script that does not complete its steps does not reach the pilot: the set-point then expires, and
 //! the supervisor lands the robot.

@@ -6,7 +6,7 @@
 //!
 //! * [`ranging`] measures distances, [`flow`] the motion of the picture below the robot.
 //! * [`expander`] drives the reset lines of the Multi-ranger's range finders.
-//! * [`fault`] has the reasons why a deck is not fit for flight.
+//! * [`mod@fault`] has the reasons why a deck is not fit for flight.
 //!
 //! **Not tried on hardware.**
 

@@ -7,7 +7,7 @@
 //!
 //! * [`sensors`] reads gyroscope and accelerometer at each data-ready pulse, and the barometer after
 //!   every 20th, once the motors are set.
-//! * [`start`] tests and starts the sensors, [`frozen`] detects those that repeat their values, and
+//! * [`mod@start`] tests and starts the sensors, [`frozen`] detects those that repeat their values, and
 //!   [`fault`] has the reasons why they are not fit for flight.
 //! * [`control`] estimates, controls and drives the motors after each sample.
 //! * [`pilot_desk`] hands commands and plans of the thread executor over.
