@@ -121,8 +121,9 @@ fn a_sample_comes_every_millisecond() {
     assert!(gravity.next_back().is_some_and(|z| (z - 9.8).abs() < 0.15), "{log:?}");
 }
 
-/// A fault that lasts for `ms` costs at most `lost` samples. The log has one line about it, with this end.
-fn a_short_fault_costs(fault: ImuFault, us: u64, lost: u64, end: &str) {
+/// A fault that lasts for `us` costs at most `lost` samples. The log has one line about it, with one of
+/// these ends.
+fn a_short_fault_costs(fault: ImuFault, us: u64, lost: u64, ends: &[&str]) {
     let mut robot = started();
     // Between two samples, within one, and at other places.
     for place_us in [0, 130, 290, 350, 410, 700] {
@@ -138,7 +139,8 @@ fn a_short_fault_costs(fault: ImuFault, us: u64, lost: u64, end: &str) {
     let lines: Vec<_> = lines.collect();
     println!("{fault:?}: {lines:?}");
     assert!((1..=6).contains(&lines.len()), "{lines:?}");
-    assert!(lines.iter().all(|line| line.ends_with(end)), "{lines:?}");
+    let is_known = |line: &str| ends.iter().any(|end| line.ends_with(end));
+    assert!(lines.iter().all(|line| is_known(line)), "{lines:?}");
     let last = *counters(&robot).last().unwrap();
     println!("{last:?}");
     assert!(last.failed + last.missed <= 6 * lost, "{last:?}");
@@ -148,12 +150,13 @@ fn a_short_fault_costs(fault: ImuFault, us: u64, lost: u64, end: &str) {
 
 #[test]
 fn a_missing_acknowledgement_costs_a_sample() {
-    a_short_fault_costs(ImuFault::NoAcknowledge, 500, 2, "Bus(NoAcknowledge)");
+    a_short_fault_costs(ImuFault::NoAcknowledge, 500, 2, &["Bus(NoAcknowledge)"]);
 }
 
 #[test]
 fn clock_pulses_free_a_bus_that_a_sensor_holds() {
-    a_short_fault_costs(ImuFault::SdaLow(9), 2_500, 2, "BusHeld");
+    // The chip that seizes the line during its address does not acknowledge it.
+    a_short_fault_costs(ImuFault::SdaLow(9), 2_500, 2, &["BusHeld", "Bus(NoAcknowledge)"]);
 }
 
 /// SDA stays low after nine pulses: the firmware says so, and tries again until the chip lets go.
