@@ -136,7 +136,7 @@ fn an_image_that_cannot_run_is_refused() {
         ("none.elf", &["cannot use the image `none.elf`: there is no such file"][..]),
         (".", &["it is a folder"]),
         ("image.bin", &["not a 32-bit ELF file", "not a .bin or .hex"]),
-        ("s.bzz", &["not a 32-bit ELF file", "firmware for the STM32F405"]),
+        ("s.bzz", &["not a 32-bit ELF file", "firmware for the robot's chip"]),
         ("foreign.elf", &["not for a little-endian ARM"]),
         ("elsewhere.elf", &["starts at 0x08008000", "0x08004000"]),
         ("ram.elf", &["nothing for the flash at 0x08000000"]),

@@ -224,8 +224,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "full-queue-blocks",
         file: SEND,
-        find: "Ok(frame) => OUT.try_send(frame.bytes()).is_ok(),",
-        put: "Ok(frame) => {\n            while OUT.try_send(frame.bytes()).is_err() {}\n            true\n        }",
+        find: "    if OUT.try_send(frame.bytes()).is_err() {\n        count_dropped();\n    }",
+        put: "    while OUT.try_send(frame.bytes()).is_err() {}",
         breaks: "the robot waits for an nRF51 that takes nothing, until its watchdog resets it",
     },
     Mutant {
