@@ -106,8 +106,8 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant {
         name: "motors-exchanged",
         file: MOTORS,
-        find: "            set(0, left);\n            set(2, right);",
-        put: "            set(2, left);\n            set(0, right);",
+        find: "        set(0, left);\n        set(2, right);",
+        put: "        set(2, left);\n        set(0, right);",
         breaks: "each wheel turns as the other should",
     },
     Mutant {
