@@ -24,8 +24,10 @@ use crate::robot::{self, Numbers, function};
 use crate::section::Section;
 use bittybuzz_board::log;
 
-/// The number of steps between two status lines.
+/// The number of steps between two status lines, and that of the steps before the first one, which
+/// says soon after the start that the script runs.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
+const FIRST_STATUS_STEPS: u32 = 2 * robot::TICK_HZ as u32;
 
 /// The greatest age of a distance.
 const RANGE_AGE_MAX: Duration = Duration::from_millis(500);
@@ -40,7 +42,8 @@ pub struct Crazyflie {
     status: &'static StatusChannel,
     rng: Rng,
     stopwatch: Option<Instant>,
-    reported_at: u32,
+    /// The number of steps at the next status line.
+    report_at: u32,
 }
 
 type Result = core::result::Result<Reply<Numbers>, RobotFault>;
@@ -55,7 +58,8 @@ impl Crazyflie {
     ) -> Self {
         let rng = Rng::new(0, robot_id);
         let pilot = ScriptPilot::new();
-        Crazyflie { leds, setpoint, pilot, status, rng, stopwatch: None, reported_at: 0 }
+        let report_at = FIRST_STATUS_STEPS;
+        Crazyflie { leds, setpoint, pilot, status, rng, stopwatch: None, report_at }
     }
 
     /// Executes `led(color)` and `led(color, on)`.
@@ -255,8 +259,8 @@ impl RobotHost<Numbers> for Crazyflie {
     fn renew(&mut self, counts: Counts) {
         self.setpoint.renew();
         self.pilot.renew();
-        if counts.steps.wrapping_sub(self.reported_at) >= STATUS_STEPS {
-            self.reported_at = counts.steps;
+        if counts.steps >= self.report_at {
+            self.report_at = counts.steps - counts.steps % STATUS_STEPS + STATUS_STEPS;
             log::info!(
                 "{=u32} steps, {=u32} ticks missed, longest slice {=u32} us, link {}",
                 counts.steps,

@@ -19,6 +19,7 @@ pub mod cfloader;
 pub mod flash;
 pub mod kilobots;
 pub mod loader;
+mod processor;
 pub mod safety;
 pub mod supply;
 mod swarm;
@@ -63,7 +64,7 @@ pub enum Core {
 }
 
 impl Core {
-    /// The emulator program, built on the first call.
+    /// The emulator program, built on the first call. From then on the calling test stays on one processor.
     pub fn program(self) -> &'static Path {
         static PROGRAMS: [OnceLock<PathBuf>; 4] = [const { OnceLock::new() }; 4];
         let (number, package) = match self {
@@ -72,7 +73,10 @@ impl Core {
             Core::Own => (2, "bittybuzz-emulate-m0"),
             Core::Avr => (3, "bittybuzz-emulate-avr"),
         };
-        PROGRAMS[number].get_or_init(|| build(package, package.replace("bittybuzz", "bbz")))
+        let program =
+            PROGRAMS[number].get_or_init(|| build(package, package.replace("bittybuzz", "bbz")));
+        processor::stay();
+        program
     }
 }
 

@@ -53,6 +53,11 @@ impl Swarm {
         self.members[member].pose = pose;
     }
 
+    /// The time since power-on in ms.
+    pub fn now_ms(&self) -> u64 {
+        self.now_us / 1000
+    }
+
     /// Runs for so many ms.
     pub fn run_ms(&mut self, ms: u64) {
         let end = self.now_us + 1000 * ms;

@@ -46,8 +46,10 @@ const ZOOID: Load = Load {
 
 /// Period of a step.
 const STEP: Duration = Duration::from_millis(100);
-/// Steps between two status messages, which are two.
+/// Steps between two statuses, and the most messages of one: two of the script and, of a Crazyflie, five of the
+/// sensors. The first one comes early.
 const STATUS_STEPS: u32 = 100;
+const STATUS_MESSAGES: u64 = 7;
 
 impl Load {
     fn script(&self) -> String {
@@ -77,7 +79,8 @@ impl Load {
         let (lines, lost) = (u64::from(steps) * self.lines, trace_log.lost);
         let missing = lines - trace_log.log.len() as u64;
         println!("{pulls} pulls: {missing} of {lines} lines missing, {lost} messages lost");
-        let most = missing + 2 * u64::from(steps / STATUS_STEPS);
+        let statuses = u64::from(steps / STATUS_STEPS) + 1;
+        let most = missing + STATUS_MESSAGES * statuses;
         assert!(
             missing >= u64::from(pulls) && (missing..=most).contains(&lost),
             "{missing} {lost}"

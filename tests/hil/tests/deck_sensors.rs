@@ -102,7 +102,7 @@ fn missing_chips_are_named_and_keep_the_robot_from_arming() {
         ),
     ] {
         let mut robot = robot("function step() { }", vec![memory(digits)]);
-        robot.run_ms(14_000);
+        robot.run_ms(5_000);
         let lines = log(&robot).firmware;
         for reason in reasons {
             assert_eq!(lines.iter().filter(|line| line == reason).count(), 1, "{lines:?}");
@@ -129,7 +129,7 @@ fn a_robot_without_decks_has_no_distances() {
 fn the_flow_sensor_starts_and_measures() {
     let mut robot = robot("function step() { }", vec![Deck::FlowV2]);
     robot.run_ms(STARTED_MS);
-    robot.run_ms(12_000);
+    robot.run_ms(4_000);
     let lines = log(&robot).firmware;
     assert_eq!(lines.iter().filter(|line| *line == "the flow sensor runs").count(), 1, "{lines:?}");
     assert!(lines.iter().any(|line| line.starts_with("flow of ")), "{lines:?}");

@@ -215,7 +215,7 @@ fn robots_of_one_id_notice_each_other() {
     let member = &mut swarm.members()[0];
     let at = member.robot.now();
     member.robot.execute(&Command::P2p { at, port: SWARM_PORT, rssi: 60, payload });
-    swarm.run_ms(10_500);
+    swarm.run_ms(2_700);
     let warned = |member: &Member| said(member, "another robot has id 7, too");
     let members = swarm.members();
     assert_eq!(members.iter().map(warned).collect::<Vec<_>>()[1..], [1, 0]);

@@ -179,9 +179,9 @@ fn slices_are_short() {
     ];
     for (name, source) in scripts {
         let script = ScriptFile::new(&format!("slices-{name}"), source);
-        let trace = trace(Core::Unicorn, script.path(), 30.0);
+        let trace = trace(Core::Unicorn, script.path(), 8.0);
         assert_eq!(trace.status, Some(0), "{name}: {:?}", trace.lines.last());
-        // The firmware prints its longest slice every hundred steps.
+        // The firmware prints its longest slice after the first twenty steps.
         let printed = trace.of("firmware").filter_map(|line| {
             let (_, rest) = text(&line["text"]).split_once("longest slice ")?;
             rest.split(' ').next()?.parse::<u64>().ok()

@@ -221,10 +221,13 @@ fn text(script: &str, [pairs, tables, items]: [u16; 3]) -> String {
     script.replace("TABLES", &tables.to_string()).replace("ITEMS", &items.to_string())
 }
 
+/// The time after which a Crazyflie has made 20 steps and reported its longest slice.
+const CRAZYFLIE_MS: u64 = 4_500;
+
 /// The time in µs of a sample of a Crazyflie's flight task, which interrupts slices once per millisecond.
 const FLIGHT_US: u64 = 145;
 
-/// Returns the longest slice, in µs, of a robot that reports it with every hundred steps. Tasks of a
+/// Returns the longest slice, in µs, of a robot that reports it after the first steps. Tasks of a
 /// higher priority interrupt a slice for at most `interruption_us`.
 fn longest_slice(name: &str, trace_log: &TraceLog, interruption_us: u64) -> u64 {
     let is_overrun = |record: &String| record.starts_with("Overrun");
@@ -245,7 +248,7 @@ fn slices_of_a_crazyflie_are_short() {
     let slices = [&SCRIPTS[..], &LARGE_SCRIPTS].concat().into_iter().map(|(name, script)| {
         let script = script.replace("LIVE", "420").replace("WIDTH", "2700");
         let mut swarm = Swarm::crazyflies(&text(&script, [1340, 390, 34]), &[1]);
-        swarm.run_ms(12_000);
+        swarm.run_ms(CRAZYFLIE_MS);
         (name, longest_slice(name, &swarm.members()[0].trace_log, FLIGHT_US))
     });
     let slices: Vec<_> = slices.collect();

@@ -10,8 +10,9 @@ use super::state;
 use crate::decks::flow;
 use crate::readiness;
 
-/// The time between two lines of counters.
+/// The time between two lines of counters, and that without an event before the first one.
 const STATUS: Duration = Duration::from_secs(10);
+const FIRST_STATUS: Duration = Duration::from_secs(2);
 
 /// The events that wait for the log. If there is no room, an event is dropped.
 static EVENTS: Channel<CriticalSectionRawMutex, Event, 4> = Channel::new();
@@ -42,10 +43,14 @@ pub fn report(event: Event) {
 /// Runs the task that writes the events, and the counters from time to time.
 #[embassy_executor::task]
 pub async fn write_reports() -> ! {
+    let mut patience = FIRST_STATUS;
     loop {
-        match with_timeout(STATUS, EVENTS.receive()).await {
+        match with_timeout(patience, EVENTS.receive()).await {
             Ok(event) => write(event),
-            Err(_) => write_status(),
+            Err(_) => {
+                write_status();
+                patience = STATUS;
+            }
         }
     }
 }
