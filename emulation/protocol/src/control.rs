@@ -62,6 +62,9 @@ pub enum CommandRefusal {
         "no Flow deck is attached: send {{\"command\":\"decks\",\"decks\":[\"flow_v2\"]}} first"
     )]
     NoFlowDeck,
+    /// The command is about a body that the robot does not have.
+    #[error("the robot has no body: send {{\"command\":\"body\",\"seed\":1}} first")]
+    NoBody,
     /// The jitter of edges is out of range.
     #[error("jitter_us is between 0 and {most}, not {value}")]
     Jitter {

@@ -4,10 +4,12 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
+mod body;
 mod deck;
 mod fault;
 mod statistics;
 
+pub use body::{BodySensor, MeasurementFault, PoseErrors, Powertrain, Room};
 pub use deck::Deck;
 pub use fault::{
     BarometerFault, DeckMemoryFault, DeviceFault, DistanceFault, EepromFault, FlowFault, ImuFault,
@@ -364,6 +366,20 @@ pub enum Command {
         /// Standard deviation of the rotation of these poses about each axis, in degrees.
         #[serde(default = "pose_noise_degrees")]
         pose_noise_degrees: f64,
+    },
+    /// Sets the air and the floor around the body of a Crazyflie from now on.
+    Room(Room),
+    /// Sets the errors of the poses that motion capture sends the body of a Crazyflie from now on.
+    PoseErrors(PoseErrors),
+    /// Sets the motors of the body of a Crazyflie, and their power, from now on.
+    Powertrain(Powertrain),
+    /// Sets or ends the fault of what a sensor of the body of a Crazyflie measures.
+    BodyFault {
+        /// The sensor.
+        sensor: BodySensor,
+        /// The fault; missing to end it.
+        #[serde(default)]
+        fault: Option<MeasurementFault>,
     },
     /// Opens a door for ground stations: CRTP packets in UDP datagrams at a port of this computer.
     Door {

@@ -1,11 +1,14 @@
 //! The body of a flying Crazyflie: the forces of its motors, and the truth that its sensors measure.
 
-use bittybuzz_chips::{BodyMotion, ExternalPose, Time};
+use bittybuzz_chips::{BodyMotion, ExternalPose, Random, Time};
 use bittybuzz_crazyflie_physics::sensors::{
     Barometer, FlowCounts, FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuCounts,
-    ImuSettings, MotionCapture, MotionCaptureSettings,
+    ImuSettings, MotionCapture, MotionCaptureSettings, SensorFault,
 };
-use bittybuzz_crazyflie_physics::{Airframe, Drone, DroneSurroundings, PowerSource};
+use bittybuzz_crazyflie_physics::{
+    Airframe, DQuat, DVec3, Drone, DroneSurroundings, PowerSource, Wind, WindSettings,
+};
+use bittybuzz_emulation::message::{BodySensor, MeasurementFault, PoseErrors, Powertrain, Room};
 
 /// Time of a step of the physics.
 const STEP: Time = Time::from_millis(1);
@@ -14,7 +17,7 @@ const PRESSURE_STEPS: u64 = 20;
 /// Steps between two reports of the motion.
 const REPORT_STEPS: u64 = 20;
 
-/// Height of the floor in m.
+/// Height in m of the floor on which a body begins.
 const FLOOR_M: f64 = 0.0;
 
 /// The place where a body begins, and the room around it.
@@ -67,6 +70,10 @@ pub(crate) struct FlightBody {
     height: HeightSensor,
     capture: Option<MotionCapture>,
     surroundings: DroneSurroundings,
+    /// A wind with gusts.
+    wind: Option<Wind>,
+    /// The probability that a pose is lost, and the losses.
+    pose_loss: (f64, Random),
     /// The end of the next step.
     next: Time,
 }
@@ -95,6 +102,8 @@ impl FlightBody {
                 MotionCapture::new(source, seed)
             }),
             surroundings: DroneSurroundings::default(),
+            wind: None,
+            pose_loss: (0.0, Random::new(0)),
             next: now + STEP,
         }
     }
@@ -110,15 +119,21 @@ impl FlightBody {
     /// `duties`: the duty of each motor, 0 to 1.
     pub(crate) fn step(&mut self, duties: [f64; 4]) -> Sensed {
         self.next = self.next + STEP;
+        if let Some(wind) = &mut self.wind {
+            self.surroundings.wind_m_s = wind.step();
+        }
         self.drone.step(duties, &self.surroundings);
         let state = self.drone.state();
+        let floor_m = self.surroundings.ground_m;
         let is_due = |period| state.steps.is_multiple_of(period);
+        let (loss, losses) = &mut self.pose_loss;
         let pose = self.capture.as_mut().and_then(|capture| capture.sample(state));
+        let pose = pose.filter(|_| losses.unit() >= *loss);
         Sensed {
             inertial: self.imu.sample(state),
             pressure_pa: is_due(PRESSURE_STEPS).then(|| self.barometer.measure(state)),
-            flow: self.flow.sample(state, FLOOR_M),
-            distance: self.height.measure(state, FLOOR_M),
+            flow: self.flow.sample(state, floor_m),
+            distance: self.height.measure(state, floor_m),
             pose: pose.map(|pose| ExternalPose {
                 position_m: pose.position_m.as_vec3().to_array(),
                 attitude: pose.attitude.as_quat().to_array(),
@@ -135,6 +150,57 @@ impl FlightBody {
     /// Gives the motors this voltage in V from now on, whatever they take.
     pub(crate) fn set_battery_volts(&mut self, volts: f64) {
         self.drone.set_power(PowerSource::Constant { volts });
+    }
+
+    /// Sets the air and the floor around the body.
+    pub(crate) fn set_room(&mut self, room: &Room) {
+        let mean_m_s = DVec3::from_array(room.wind_m_s);
+        let (gust_sigma_m_s, gust_s) = (room.gusts_m_s, room.gust_s);
+        let settings = WindSettings { mean_m_s, gust_sigma_m_s, gust_s };
+        self.wind = (gust_sigma_m_s > 0.0).then(|| Wind::new(settings, room.seed));
+        self.surroundings = DroneSurroundings {
+            ground_m: room.floor_mm / 1000.0,
+            wind_m_s: mean_m_s,
+            external_force_n: DVec3::from_array(room.force_n),
+        };
+    }
+
+    /// Sets the errors of poses from outside, if there are any.
+    pub(crate) fn set_pose_errors(&mut self, errors: &PoseErrors) {
+        self.pose_loss = (errors.lose, Random::new(errors.seed));
+        let Some(capture) = &mut self.capture else { return };
+        let marker_turn = DVec3::from_array(errors.marker_turn_degrees.map(f64::to_radians));
+        capture.set_latency_steps(errors.latency_ms);
+        capture.set_jump_m(DVec3::from_array(errors.jump_mm) / 1000.0);
+        capture.set_turn(DQuat::from_rotation_z(errors.turn_degrees.to_radians()));
+        capture.set_marker_turn(DQuat::from_scaled_axis(marker_turn));
+    }
+
+    /// Sets the motors and their power.
+    pub(crate) fn set_powertrain(&mut self, powertrain: &Powertrain) {
+        self.drone.set_motor_efficiency(powertrain.thrust_shares);
+        if let Some(charge) = powertrain.charge {
+            self.drone.set_power(PowerSource::Battery { charge });
+        }
+    }
+
+    /// Sets or ends the fault of what a sensor measures.
+    pub(crate) fn set_fault(&mut self, sensor: BodySensor, fault: Option<MeasurementFault>) {
+        let fault = fault.map(|fault| match fault {
+            MeasurementFault::Stuck => SensorFault::Stuck,
+            MeasurementFault::Noisy(factor) => SensorFault::Noisy(factor),
+            MeasurementFault::Silent => SensorFault::Silent,
+        });
+        match sensor {
+            BodySensor::Inertial => self.imu.set_fault(fault),
+            BodySensor::Flow => self.flow.set_fault(fault),
+            BodySensor::Distance => self.height.set_fault(fault),
+            BodySensor::Poses => {
+                if let Some(capture) = &mut self.capture {
+                    capture.set_fault(fault);
+                }
+            }
+        }
     }
 
     /// Returns the voltage of the battery in V.
@@ -182,6 +248,46 @@ mod tests {
         assert!((190..=199).contains(&poses.len()), "{}", poses.len());
         assert!(poses.iter().all(|pose| (pose.position_m[0] - 0.5).abs() < 0.004));
         assert_eq!(sensed.iter().filter(|one| one.motion.is_some()).count(), 100);
+    }
+
+    /// 15 m/s² upwards, less 9.81 m/s², are a way of 0.65 m in half a second, of which drag takes a
+    /// part.
+    #[test]
+    fn forces_and_floors_act_on_the_body() {
+        let (mut body, _) = measured([0.0; 4]);
+        let force_n = [0.0, 0.0, 15.0 * body.drone.airframe().mass_kg];
+        body.set_room(&Room { force_n, floor_mm: -200.0, ..Room::default() });
+        (0..500).for_each(|_| {
+            body.step([0.0; 4]);
+        });
+        let risen_m = body.drone.state().position_m.z;
+        assert!((0.5..0.7).contains(&risen_m), "{risen_m}");
+        body.set_room(&Room { floor_mm: -200.0, ..Room::default() });
+        (0..3000).for_each(|_| {
+            body.step([0.0; 4]);
+        });
+        assert!(body.drone.state().position_m.z < -0.1, "{:?}", body.drone.state());
+    }
+
+    /// A displacement and a turn of the frame by 90 degrees take (0.5, -0.25) to (0.25, 0.5) and 1 m
+    /// further along x; later no pose comes.
+    #[test]
+    fn poses_have_the_errors_that_were_set() {
+        let (mut body, _) = measured([0.0; 4]);
+        let errors =
+            PoseErrors { jump_mm: [1000.0, 0.0, 0.0], turn_degrees: 90.0, ..PoseErrors::default() };
+        body.set_pose_errors(&errors);
+        let poses = |body: &mut FlightBody| -> Vec<ExternalPose> {
+            (0..500).filter_map(|_| body.step([0.0; 4]).pose).collect()
+        };
+        let [x, y, _] = poses(&mut body).pop().expect("poses").position_m;
+        assert!((x - 1.25).abs() < 0.003 && (y - 0.5).abs() < 0.003, "{x} {y}");
+        body.set_fault(BodySensor::Poses, Some(MeasurementFault::Silent));
+        // Those on their way arrive.
+        assert!(poses(&mut body).len() <= 1);
+        body.set_fault(BodySensor::Poses, None);
+        body.set_pose_errors(&PoseErrors { lose: 1.0, ..PoseErrors::default() });
+        assert_eq!(poses(&mut body).len(), 0);
     }
 
     /// Equal duties tip a robot whose motors differ, but only after it has risen.

@@ -11,7 +11,8 @@ use bittybuzz_chips::{
     ResetCause, Time,
 };
 use bittybuzz_emulation::message::{
-    self, BoardStatistics, Command, CrazyflieStatistics, DeviceFault,
+    self, BoardStatistics, Command, CrazyflieStatistics, DeviceFault, MeasurementFault, PoseErrors,
+    Room,
 };
 use bittybuzz_emulation::{CommandRefusal, Control, lsi, probability, within};
 
@@ -24,6 +25,37 @@ const YAW_DEGREES: RangeInclusive<f64> = -360.0..=360.0;
 /// Noise of poses in mm and in degrees.
 const NOISE_MM: RangeInclusive<f64> = 0.0..=1000.0;
 const NOISE_DEGREES: RangeInclusive<f64> = 0.0..=180.0;
+/// Shares of thrust and charge, and factors on the noise of a sensor.
+const SHARES: RangeInclusive<f64> = 0.0..=1.0;
+const NOISE_FACTORS: RangeInclusive<f64> = 0.0..=1e6;
+/// Coordinates of a wind in m/s, of a force in N, and times of gusts in s: more than any room has.
+const WIND_M_S: RangeInclusive<f64> = -100.0..=100.0;
+const GUSTS_M_S: RangeInclusive<f64> = 0.0..=100.0;
+const GUST_S: RangeInclusive<f64> = 0.001..=1e3;
+const FORCE_N: RangeInclusive<f64> = -100.0..=100.0;
+
+/// Returns a room whose numbers are in their ranges.
+fn checked_room(room: Room) -> Result<Room, CommandRefusal> {
+    for (wind_m_s, force_n) in room.wind_m_s.into_iter().zip(room.force_n) {
+        within("wind_m_s", WIND_M_S, wind_m_s)?;
+        within("force_n", FORCE_N, force_n)?;
+    }
+    within("gusts_m_s", GUSTS_M_S, room.gusts_m_s)?;
+    within("gust_s", GUST_S, room.gust_s)?;
+    within("floor_mm", PLACE_MM, room.floor_mm)?;
+    Ok(room)
+}
+
+/// Returns errors of poses whose numbers are in their ranges.
+fn checked_errors(errors: PoseErrors) -> Result<PoseErrors, CommandRefusal> {
+    probability(errors.lose)?;
+    for (jump_mm, degrees) in errors.jump_mm.into_iter().zip(errors.marker_turn_degrees) {
+        within("jump_mm", PLACE_MM, jump_mm)?;
+        within("marker_turn_degrees", YAW_DEGREES, degrees)?;
+    }
+    within("turn_degrees", YAW_DEGREES, errors.turn_degrees)?;
+    Ok(errors)
+}
 
 impl Control for CrazyflieBoard {
     const NAME: &'static str = "Crazyflie";
@@ -117,6 +149,26 @@ impl Control for CrazyflieBoard {
                     yaw_rad: within("yaw_degrees", YAW_DEGREES, yaw_degrees)?.to_radians(),
                     poses: (pose_ms > 0).then_some(poses),
                 });
+            }
+            Command::Room(room) => {
+                let room = checked_room(room)?;
+                self.body_mut().ok_or(CommandRefusal::NoBody)?.set_room(&room);
+            }
+            Command::PoseErrors(errors) => {
+                let errors = checked_errors(errors)?;
+                self.body_mut().ok_or(CommandRefusal::NoBody)?.set_pose_errors(&errors);
+            }
+            Command::Powertrain(powertrain) => {
+                for share in powertrain.thrust_shares.into_iter().chain(powertrain.charge) {
+                    within("a share", SHARES, share)?;
+                }
+                self.body_mut().ok_or(CommandRefusal::NoBody)?.set_powertrain(&powertrain);
+            }
+            Command::BodyFault { sensor, fault } => {
+                if let Some(MeasurementFault::Noisy(factor)) = fault {
+                    within("noisy", NOISE_FACTORS, factor)?;
+                }
+                self.body_mut().ok_or(CommandRefusal::NoBody)?.set_fault(sensor, fault);
             }
             // The server opens it, and passes packets on as link frames.
             Command::Door { .. } => {}
@@ -245,6 +297,18 @@ mod tests {
                 "x_mm is between -1000000 and 1000000, not 1000000000000",
             ),
             (r#"{"command":"body","seed":1,"y_mm":-1000000.5}"#, "y_mm is between"),
+            (r#"{"command":"room","force_n":[0,0,-101]}"#, "force_n is between -100 and 100"),
+            (r#"{"command":"room","gust_s":0}"#, "gust_s is between 0.001 and 1000, not 0"),
+            (r#"{"command":"room","wind_m_s":[2,0,0],"gusts_m_s":1}"#, "the robot has no body"),
+            (r#"{"command":"pose_errors","lose":1.5}"#, "a probability is between 0 and 1"),
+            (r#"{"command":"pose_errors","jump_mm":[0,0,1e7]}"#, "jump_mm is between"),
+            (r#"{"command":"powertrain","thrust_shares":[1,1,2,1]}"#, "between 0 and 1, not 2"),
+            (r#"{"command":"powertrain","charge":-1}"#, "between 0 and 1, not -1"),
+            (
+                r#"{"command":"body_fault","sensor":"flow","fault":{"noisy":-1}}"#,
+                "noisy is between 0 and 1000000, not -1",
+            ),
+            (r#"{"command":"body_fault","sensor":"inertial"}"#, "the robot has no body"),
             (r#"{"command":"body","seed":1,"yaw_degrees":361}"#, "between -360 and 360, not 361"),
             (r#"{"command":"body","seed":1,"pose_noise_mm":-1}"#, "between 0 and 1000, not -1"),
             (r#"{"command":"body","seed":1,"pose_noise_degrees":181}"#, "between 0 and 180"),

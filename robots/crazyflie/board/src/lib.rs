@@ -252,6 +252,11 @@ impl CrazyflieBoard {
         self.next = self.find_next_event();
     }
 
+    /// Returns the body, if the robot has one.
+    pub(crate) fn body_mut(&mut self) -> Option<&mut FlightBody> {
+        self.body.as_mut()
+    }
+
     /// Moves the body up to now, and passes the measurements to the sensors.
     fn move_body(&mut self) {
         let Some(body) = &mut self.body else { return };
