@@ -39,8 +39,9 @@ use std::time::Duration;
 use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
 pub use bittybuzz_emulation::message::{
-    BarometerFault, BoardStatistics, Command, CrazyflieStatistics, Deck, DeckMemoryFault,
-    DeviceFault, EepromFault, EmulatorEvent, ImuFault, PowerDetector, RobotEvent, RobotStatistics,
+    BarometerFault, BoardStatistics, BodySensor, Command, CrazyflieStatistics, Deck,
+    DeckMemoryFault, DeviceFault, DistanceFault, EepromFault, EmulatorEvent, FlowFault, ImuFault,
+    MeasurementFault, PoseErrors, PowerDetector, Powertrain, RobotEvent, RobotStatistics, Room,
     TimedEvent, ZooidStatistics,
 };
 use bittybuzz_emulation::{Emulator, FirmwareImage, RunResult};

@@ -45,11 +45,11 @@ const DISARM: [u8; 3] = [0x9d, 1, 0];
 const EMERGENCY_STOP: [u8; 2] = [0x9d, 3];
 
 /// The body's motion at a time.
-struct Motion {
-    at: Duration,
-    position_m: [f64; 3],
-    attitude: [f64; 4],
-    has_crashed: bool,
+pub struct Motion {
+    pub at: Duration,
+    pub position_m: [f64; 3],
+    pub attitude: [f64; 4],
+    pub has_crashed: bool,
 }
 
 impl Motion {
@@ -64,7 +64,7 @@ impl Motion {
     }
 }
 
-fn motions(events: &[TimedEvent]) -> Vec<Motion> {
+pub fn motions(events: &[TimedEvent]) -> Vec<Motion> {
     let motion = |event: &TimedEvent| match event.event {
         EmulatorEvent::Motion { position_m, attitude, crashed, .. } => {
             Some(Motion { at: event.at, position_m, attitude, has_crashed: crashed })
@@ -74,7 +74,7 @@ fn motions(events: &[TimedEvent]) -> Vec<Motion> {
     events.iter().filter_map(motion).collect()
 }
 
-fn last_motion(robot: &Robot) -> Motion {
+pub fn last_motion(robot: &Robot) -> Motion {
     motions(&robot.events).pop().expect("the body reports its motion")
 }
 
@@ -83,7 +83,7 @@ fn since(robot: &Robot, from: Duration) -> &[TimedEvent] {
 }
 
 /// The lines of the firmware's log.
-fn firmware_log(robot: &Robot) -> Vec<String> {
+pub fn firmware_log(robot: &Robot) -> Vec<String> {
     TraceLog::of_events(&robot.events).firmware
 }
 
@@ -108,7 +108,7 @@ fn standing(script: &str, seed: u64) -> Robot {
     robot
 }
 
-fn arm(robot: &mut Robot) {
+pub fn arm(robot: &mut Robot) {
     robot.send(RADIO_RAW, &ARM);
     robot.run_ms(20);
     let answer = frames(&robot.events, RADIO_RAW).any(|(_, packet)| packet == [0x9d, 0x81, 1, 1]);
@@ -145,7 +145,7 @@ fn hovering(script: &str, seed: u64) -> Robot {
     robot
 }
 
-fn are_off(robot: &Robot) -> bool {
+pub fn are_off(robot: &Robot) -> bool {
     motors(&robot.events) == [0.0; 4]
 }
 
@@ -173,7 +173,7 @@ fn assert_whole(robot: &Robot) {
 
 /// The times from pulses to the compare registers in µs, at [`CYCLES_PER_INSTRUCTION`]. Nearly every tick
 /// changes a register. Times come from the events, and the shortest one from the firmware's log.
-fn control_times_us(events: &[TimedEvent], fastest_us: f64) -> Vec<f64> {
+pub fn control_times_us(events: &[TimedEvent], fastest_us: f64) -> Vec<f64> {
     let mut times: Vec<f64> = Vec::new();
     let mut last = None;
     for event in events {
@@ -195,7 +195,7 @@ fn control_times_us(events: &[TimedEvent], fastest_us: f64) -> Vec<f64> {
 }
 
 /// The numbers in the last line of the log with this text.
-fn numbers(robot: &Robot, text: &str) -> Vec<f64> {
+pub fn numbers(robot: &Robot, text: &str) -> Vec<f64> {
     let log = firmware_log(robot);
     let line = log.iter().rfind(|line| line.contains(text));
     let line = line.unwrap_or_else(|| panic!("no line with {text}: {log:?}"));

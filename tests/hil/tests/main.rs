@@ -19,6 +19,7 @@ mod failures;
 mod figures;
 mod flight;
 mod forged;
+mod image_flights;
 mod images;
 mod kilobot_board;
 mod kilobot_brown_out;

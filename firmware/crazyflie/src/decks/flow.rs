@@ -20,6 +20,7 @@ use embassy_stm32::spi::{self, Spi, mode::Master};
 use embassy_stm32::time::hz;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
 use embassy_time::{Delay, Duration, Instant, Ticker, Timer};
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 
@@ -48,6 +49,8 @@ pub struct FlowSample {
 
 static SAMPLE: Mutex<CriticalSectionRawMutex, Cell<Option<FlowSample>>> =
     Mutex::new(Cell::new(None));
+/// The last reading, until the flight task takes it.
+pub static FLIGHT_SAMPLE: Signal<CriticalSectionRawMutex, FlowSample> = Signal::new();
 static REFUSAL: Mutex<CriticalSectionRawMutex, Cell<Option<DeckFault>>> =
     Mutex::new(Cell::new(None));
 
@@ -167,6 +170,7 @@ async fn measure(device: &mut FlowDevice, sensor: &FlowSensor) -> DeckFaultCause
                 let duration = read_at.saturating_duration_since(before);
                 let sample = FlowSample { read_at, duration, counts };
                 SAMPLE.lock(|cell| cell.set(Some(sample)));
+                FLIGHT_SAMPLE.signal(sample);
                 before = read_at;
                 bad = 0;
             }

@@ -17,6 +17,7 @@ use bittybuzz_memories::{Deck, DeckSet};
 use bittybuzz_vl53l1x::{DEFAULT_ADDRESS, Mode, RangeFault, RangeFinder};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
 use embassy_time::{Delay, Duration, Instant, Timer, with_timeout};
 
 use super::expander::Expander;
@@ -65,6 +66,8 @@ pub struct RangeSample {
 
 static SAMPLES: Mutex<CriticalSectionRawMutex, Cell<[Option<RangeSample>; DIRECTIONS]>> =
     Mutex::new(Cell::new([None; DIRECTIONS]));
+/// The last distance to the floor in m, until the flight task takes it.
+pub static FLIGHT_HEIGHT_M: Signal<CriticalSectionRawMutex, f32> = Signal::new();
 static REFUSAL: Mutex<CriticalSectionRawMutex, Cell<Option<DeckFault>>> =
     Mutex::new(Cell::new(None));
 
@@ -210,6 +213,9 @@ async fn measure(bus: &mut Bus, running: &mut [Running]) -> DeckFault {
 }
 
 fn publish(direction: Direction, sample: RangeSample) {
+    if let (Direction::Down, Ok(distance_m)) = (direction, sample.distance_m) {
+        FLIGHT_HEIGHT_M.signal(distance_m);
+    }
     SAMPLES.lock(|samples| {
         let mut all = samples.get();
         if let Some(slot) = all.get_mut(direction as usize) {

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | 0 to 430 µs | both sensors are read ([`super::sensors`]) |
 //! | then | estimate, supervise and control: [`Controller::step`] to the compare registers |
-//! | then | one pose, the commands of the pilot, a copy for it |
+//! | then | one pose, or else one measurement of a Flow deck; the commands of the pilot, a copy for it |
 //!
 //! Work after the motors are set delays no sample as long as it ends before the next pulse, and one
 //! that it does delay is late by the excess only. Plans are not made here ([`super::pilot_desk`]).
@@ -16,14 +16,18 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_flight::ekf::PoseMeasurement;
+use bittybuzz_flight::ekf::{FlowMeasurement, FlowSurface, PoseMeasurement};
+use bittybuzz_flight::pilot::PilotSettings;
 use bittybuzz_flight::stack::FlightStack;
 use bittybuzz_flight::supervisor::SupervisorStage;
 use bittybuzz_flight::{ImuSample, Quat, Vec3};
+use bittybuzz_pmw3901::MotionCounts;
+use bittybuzz_runtime::pose::Pose;
 use embassy_time::{Duration, Instant};
 
 use super::pilot_desk;
 use super::state::{self, Deadlines, Sample};
+use crate::decks::{flow, ranging};
 use crate::{link, motors};
 
 /// The duration of a tick of the flight controller.
@@ -40,6 +44,10 @@ const POSE_SIGMA_M: f32 = 0.001;
 const POSE_SIGMA_RAD: f32 = 0.005;
 /// The assumed age of a pose that arrives. The filter finds its mean by itself.
 const POSE_AGE_S: f32 = 0.01;
+
+/// The quality from which on a picture without motion shows a robot at rest: that below which PixArt's
+/// application note on the PMW3901 rejects counts.
+const STILL_QUALITY: u8 = 0x19;
 
 /// The flight controller with its inputs and outputs.
 pub struct Controller {
@@ -83,7 +91,7 @@ impl Controller {
             self.deadlines.note(time.as_micros() as u32);
             state::set_deadlines(self.deadlines);
         }
-        self.receive_pose();
+        self.receive_measurement();
     }
 
     /// Continues without a sample, which failed.
@@ -128,16 +136,44 @@ impl Controller {
         motors::fly(may_turn.then_some(&duties));
     }
 
-    fn receive_pose(&mut self) {
-        let Some(pose) = link::FLIGHT_POSE.try_take() else { return };
-        let [x, y, z, w] = pose.quaternion;
-        self.stack.receive_pose(&PoseMeasurement {
-            position_m: Vec3::from_array(pose.position_m),
-            attitude: Quat::from_xyzw(x, y, z, w),
-            sigma_m: POSE_SIGMA_M,
-            sigma_rad: POSE_SIGMA_RAD,
-            age_s: POSE_AGE_S,
-        });
+    /// Takes one measurement. The others wait for the next sample.
+    fn receive_measurement(&mut self) {
+        if let Some(pose) = link::FLIGHT_POSE.try_take() {
+            let [x, y, z, w] = pose.quaternion;
+            self.stack.receive_pose(&PoseMeasurement {
+                position_m: Vec3::from_array(pose.position_m),
+                attitude: Quat::from_xyzw(x, y, z, w),
+                sigma_m: POSE_SIGMA_M,
+                sigma_rad: POSE_SIGMA_RAD,
+                age_s: POSE_AGE_S,
+            });
+        } else if let Some(flow) = flow::FLIGHT_SAMPLE.try_take() {
+            let MotionCounts { delta_x, delta_y, surface_quality, shutter, .. } = flow.counts;
+            let surface = FlowSurface { quality: surface_quality, shutter };
+            // Without motion, a floor too near for the lens looks like one at rest.
+            let is_usable = flow.counts.has_valid_motion() || surface_quality >= STILL_QUALITY;
+            let Some(sigma_counts) = surface.sigma_counts().filter(|_| is_usable) else { return };
+            self.stack.receive_flow(&FlowMeasurement {
+                // The chip's axes on the Flow deck.
+                counts_x: -f32::from(delta_y),
+                counts_y: -f32::from(delta_x),
+                sigma_counts,
+                seconds: flow.duration.as_micros() as f32 * 1e-6,
+            });
+        } else if let Some(distance_m) = ranging::FLIGHT_HEIGHT_M.try_take() {
+            self.stack.receive_range(distance_m);
+        }
+    }
+
+    /// Publishes the estimated place, as scripts know it: above a robot that stands at height 0.
+    fn publish_estimate(&self) {
+        let health = self.stack.health();
+        if health.is_position_valid && health.is_height_valid {
+            let state = self.stack.state();
+            let standing_m = Vec3::Z * PilotSettings::CRAZYFLIE.standing_m;
+            let place_m = (state.position_m - standing_m).to_array();
+            state::ESTIMATE.set(Pose::new(place_m, state.attitude.to_array()));
+        }
     }
 
     /// Takes the commands of the pilot, and gives it a new copy.
@@ -151,6 +187,7 @@ impl Controller {
         let is_copy_due = is_plan_due || self.samples.is_multiple_of(COPY_SAMPLES);
         let copy = returned.or_else(|| is_copy_due.then(pilot_desk::take_unused).flatten());
         let Some(copy) = copy else { return };
+        self.publish_estimate();
         copy.clone_from(&*self.stack);
         pilot_desk::lend(copy);
         if is_plan_due {

@@ -6,6 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use bittybuzz_bmi088::{Acceleration, AccelerationCounts, Rate, RateCounts};
 use bittybuzz_bmp3xx::Air;
+use bittybuzz_runtime::pose::LatestPose;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::Instant;
@@ -76,6 +77,9 @@ impl Deadlines {
         self.late += u32::from(us > LIMIT_US);
     }
 }
+
+/// The estimated place of the robot, while it is known.
+pub static ESTIMATE: LatestPose = LatestPose::new();
 
 static DEADLINES: Mutex<CriticalSectionRawMutex, Cell<Option<Deadlines>>> =
     Mutex::new(Cell::new(None));
