@@ -75,9 +75,11 @@ type Suites = BTreeMap<String, Flights>;
 
 /// The figures and counts that a test prints.
 #[derive(Debug, Default, PartialEq)]
-struct Printed {
-    worst: Vec<(String, f64, u32)>,
-    counts: BTreeMap<String, u32>,
+pub(super) struct Printed {
+    pub worst: Vec<(String, f64, u32)>,
+    pub counts: BTreeMap<String, u32>,
+    /// The figures of single flights.
+    pub figures: Vec<(String, f64, u32)>,
 }
 
 /// Names of all suites.
@@ -143,12 +145,19 @@ impl Flights {
 }
 
 impl Printed {
+    /// Returns true if nothing was printed.
+    pub fn is_empty(&self) -> bool {
+        *self == Printed::default()
+    }
+
     /// Reads the lines that `robots/crazyflie/physics/tests/fresh.rs` prints.
-    fn read(text: &str) -> Printed {
+    pub fn read(text: &str) -> Printed {
         let mut printed = Printed::default();
         for line in text.lines() {
             if let Some(worst) = line.strip_prefix("worst: ").and_then(read_worst) {
                 printed.worst.push(worst);
+            } else if let Some(figure) = line.strip_prefix("figure: ").and_then(read_worst) {
+                printed.figures.push(figure);
             } else if let Some(count) = line.strip_prefix("count: ").and_then(read_count) {
                 printed.counts.extend([count]);
             }

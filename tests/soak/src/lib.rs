@@ -9,6 +9,7 @@ mod executions;
 mod flights;
 mod fuzz;
 mod guides;
+mod image_flights;
 mod kilobots;
 mod mutants;
 mod properties;
@@ -81,6 +82,12 @@ const PARTS: &[Part] = &[
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run, made_of: ALL },
     // The file with the runs keeps the hashes of the files of each guide.
     Part { name: "guides", items: guides::items, run: guides::run, made_of: ALL },
+    Part {
+        name: "image_flights",
+        items: image_flights::items,
+        run: image_flights::run,
+        made_of: image_flights::MADE_OF,
+    },
     Part { name: "kilobots", items: kilobots::items, run: kilobots::run, made_of: ALL },
     Part { name: "mutants", items: mutants::items, run: mutants::run, made_of: ALL },
     Part {

@@ -3,6 +3,7 @@
 use bittybuzz_hil::{Command, EmulatorEvent, Robot};
 
 use super::course::Course;
+use super::fresh::{print_count, print_worst};
 use crate::flight::{arm, control_times_us, numbers};
 
 /// Times in s of the flight, and of the wait of an armed robot.
@@ -29,7 +30,9 @@ fn body(seed: u64) -> Command {
 /// Each pulse was answered before the next one, and each sample was read.
 fn assert_all_answered(robot: &Robot) {
     let [samples, late, missed, failed, ..] = numbers(robot, "wake-ups")[..] else { panic!() };
-    println!("{samples} samples, {late} late, {missed} missed, {failed} failed");
+    print_count("samples", samples as usize);
+    print_count("late pulses", late as usize);
+    print_count("pulses unanswered before the next", missed as usize);
     assert_eq!((missed, failed), (0.0, 0.0));
 }
 
@@ -64,7 +67,9 @@ fn a_flight_of_five_minutes_answers_each_pulse() {
     assert!(times.len() > 800 * FLIGHT_S as usize, "{} ticks", times.len());
     times.sort_by(f64::total_cmp);
     let (usual, most) = (times[times.len() * 999 / 1000], times[times.len() - 1]);
-    println!("{} ticks: 99.9 % within {usual:.0}, all within {most:.0} us", times.len());
+    print_count("ticks in flight", times.len());
+    print_worst("us to the compare registers, 99.9 %", [(0, Some(usual.ceil()))].into_iter());
+    print_worst("us to the compare registers", [(0, Some(most.ceil()))].into_iter());
     assert!(usual <= USUAL_US && most <= MOST_US, "{usual} and {most} us");
 }
 
