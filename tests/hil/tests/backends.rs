@@ -75,7 +75,7 @@ fn logged(simulation: &mut Simulation) -> Vec<(usize, Vec<f64>)> {
     lines.map(|(robot, line)| (robot, line.pieces.iter().map(number).collect())).collect()
 }
 
-fn program(script: &Path, robot: &Robot) -> Program {
+pub fn program(script: &Path, robot: &Robot) -> Program {
     let options = Options {
         robot: Some(robot.clone()),
         robots: bittybuzz_robot_files::all_shipped(),

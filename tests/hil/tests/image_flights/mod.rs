@@ -4,6 +4,7 @@
 //!
 //! `cargo xtask soak image_flights` runs the long ones, and keeps their figures; CI flies three.
 
+mod backends;
 pub mod course;
 #[expect(dead_code, reason = "it is the file of another test")]
 #[path = "../../../../robots/crazyflie/physics/tests/disturbances/disturbance.rs"]
