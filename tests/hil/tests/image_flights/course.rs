@@ -15,6 +15,8 @@ pub const STANDING_M: f64 = PilotSettings::CRAZYFLIE.standing_m as f64;
 /// Accelerations in m/s² with which a robot may plan: its limit, and those that a battery leaves.
 const ACCELERATIONS_M_S2: [f32; 13] =
     [4.0, 3.8, 3.6, 3.4, 3.2, 3.0, 2.8, 2.6, 2.4, 2.2, 2.0, 1.8, 1.6];
+/// Times in ms by which plans may begin before their rows in the log.
+const LEADS_MS: [u64; 7] = [0, 2, 4, 6, 8, 10, 12];
 /// Time in ms in which a robot takes off and stands still above the origin.
 const TAKE_OFF_MS: u64 = 9_000;
 
@@ -149,9 +151,10 @@ impl Flight {
     /// Returns the errors of the body, in the frame that `seen` makes of true places in m, or in that of
     /// the estimate, whose drift between two legs is taken for even.
     ///
-    /// A leg begins within a millisecond of its row in the log: the flight task takes the plan at its next
-    /// tick, and the row is written after the script's slice. The robot plans with the acceleration that its
-    /// battery leaves, which only it knows: the path is the one of these accelerations that fits best.
+    /// Two numbers that only the robot knows are those with which the path fits best: the begin of its
+    /// plans before the rows of the log, since it plans on a copy of the flight controller that is up to
+    /// 10 ms old and logs after the slice of its script, and the acceleration that its battery leaves for
+    /// plans.
     pub fn errors(
         &self,
         course: &Course,
@@ -170,10 +173,12 @@ impl Flight {
                 known.map(|one| (one.at, drifted(one, &drifts))).collect()
             }
         };
-        let fits =
-            ACCELERATIONS_M_S2.map(|most_m_s2| course.distances_m(&legs, &places, most_m_s2));
-        let distances_m =
-            fits.into_iter().min_by(|one, other| rms(one).total_cmp(&rms(other))).unwrap();
+        let plans =
+            ACCELERATIONS_M_S2.into_iter().flat_map(|most| LEADS_MS.map(|lead| (most, lead)));
+        let fits = plans.map(|(most_m_s2, lead_ms)| {
+            course.distances_m(&legs, &places, most_m_s2, Duration::from_millis(lead_ms))
+        });
+        let distances_m = fits.min_by(|one, other| rms(one).total_cmp(&rms(other))).unwrap();
         let (first, last) = (drifts.first().unwrap().offset_m, drifts.last().unwrap().offset_m);
         let drift_m = (last[0] - first[0]).hypot(last[1] - first[1]);
         PathErrors { distances_m, drift_m }
@@ -181,23 +186,25 @@ impl Flight {
 }
 
 impl Course {
-    /// Returns the distances in m of places from the path that a robot with this acceleration plans.
+    /// Returns the distances in m of places from the path of plans with this acceleration that begin
+    /// by `lead` before their rows in the log.
     fn distances_m(
         &self,
         legs: &[&LogRow],
         places: &[(Duration, [f64; 3])],
         most_m_s2: f32,
+        lead: Duration,
     ) -> Vec<f64> {
         let mut planner = planner(self.height_mm);
         planner.limit_acceleration(most_m_s2);
         let mut legs = legs.iter().peekable();
         let distance = |(at, place_m): &(Duration, [f64; 3])| {
-            while let Some(leg) = legs.next_if(|leg| leg.at <= *at) {
+            while let Some(leg) = legs.next_if(|leg| leg.at - lead <= *at) {
                 let [x_mm, y_mm] = self.goals_mm[leg.numbers[0] as usize];
                 let z_m = (f64::from(self.height_mm) / 1000.0 + STANDING_M) as f32;
                 let position_m = Vec3::new(x_mm / 1000.0, y_mm / 1000.0, z_m);
                 let goal = Destination::Absolute { position_m, yaw_rad: Some(0.0) };
-                planner.go_to(leg.at.as_secs_f64(), goal, None).unwrap();
+                planner.go_to((leg.at - lead).as_secs_f64(), goal, None).unwrap();
             }
             let reference = planner.reference(at.as_secs_f64()).unwrap();
             distance_m(*place_m, reference.position_m.to_array().map(f64::from))

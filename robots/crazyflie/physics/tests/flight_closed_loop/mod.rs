@@ -10,5 +10,6 @@ pub mod consistency;
 pub mod figures;
 mod flow;
 mod hand_over;
+mod legs;
 mod path;
 pub mod rig;

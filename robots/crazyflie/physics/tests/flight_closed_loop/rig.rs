@@ -73,8 +73,12 @@ impl Rig {
 
     /// A robot with a fence in a room with motion capture.
     pub fn with_fence(fence: PositionFence, seed: u64) -> Self {
+        Self::with_settings(StackSettings { fence, ..StackSettings::CRAZYFLIE_2_1_PLUS }, seed)
+    }
+
+    /// A robot with other settings in a room with motion capture.
+    pub fn with_settings(settings: StackSettings, seed: u64) -> Self {
         let capture = Positioning::Capture(Box::new(MotionCapture::new(CAPTURE, seed)));
-        let settings = StackSettings { fence, ..StackSettings::CRAZYFLIE_2_1_PLUS };
         Self::of_kind(Airframe::CRAZYFLIE_2_1_PLUS, settings, capture, seed)
     }
 
