@@ -373,7 +373,7 @@ pub enum Command {
     PoseErrors(PoseErrors),
     /// Sets the motors of the body of a Crazyflie, and their power, from now on.
     Powertrain(Powertrain),
-    /// Sets or ends the fault of what a sensor of the body of a Crazyflie measures.
+    /// Sets or ends a fault of the measurements of a sensor on the body of a Crazyflie.
     BodyFault {
         /// The sensor.
         sensor: BodySensor,

@@ -98,7 +98,7 @@ pub enum BodySensor {
     Poses,
 }
 
-/// A fault of what a sensor measures. Faults of its chip are those of
+/// A fault of the measurements of a sensor. Faults of its chip are those of
 /// [`DeviceFault`](super::DeviceFault).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

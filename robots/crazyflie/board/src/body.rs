@@ -184,7 +184,7 @@ impl FlightBody {
         }
     }
 
-    /// Sets or ends the fault of what a sensor measures.
+    /// Sets or ends a fault of the measurements of a sensor.
     pub(crate) fn set_fault(&mut self, sensor: BodySensor, fault: Option<MeasurementFault>) {
         let fault = fault.map(|fault| match fault {
             MeasurementFault::Stuck => SensorFault::Stuck,

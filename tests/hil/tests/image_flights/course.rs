@@ -136,7 +136,7 @@ impl Flight {
     pub fn early_end(&self) -> Option<String> {
         let log = self.log();
         let refusal = log.firmware.iter().find(|line| line.starts_with("goTo: "));
-        let reset =
+        let mut reset =
             resets(&self.robot.events).into_iter().map(|(at, cause)| format!("{cause} at {at:?}"));
         let low = self
             .motions()
@@ -144,7 +144,7 @@ impl Flight {
             .find(|motion| motion.position_m[2] < 0.3 || motion.has_crashed);
         refusal
             .cloned()
-            .or_else(|| reset.last())
+            .or_else(|| reset.next_back())
             .or_else(|| low.map(|motion| format!("at {:?} m, {:?}", motion.position_m, motion.at)))
     }
 
