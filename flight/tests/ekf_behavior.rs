@@ -332,7 +332,7 @@ fn a_late_range_belongs_to_its_time() {
     let mut filter = Ekf::new(EkfConfig::QUADROTOR, &start);
     filter.set_flying(true);
     propagate(&mut filter, &HOVER, 100);
-    let mut late = filter.clone();
+    let mut late = filter;
     assert!(late.update_late_range(1.075, 0.001, 0.025).is_accepted());
     assert!((late.state().position_m.z - 1.1).abs() < 1e-4, "{:?}", late.state());
     let too_old = filter.update_late_range(1.0, 0.001, 0.106);

@@ -89,7 +89,7 @@ const DIVERGED_VELOCITY_SIGMA_M_S: Vec3 = Vec3::splat(1.0);
 const DIVERGED_ATTITUDE_SIGMA_RAD: Vec3 = Vec3::splat(0.3);
 
 /// The extended Kalman filter of position, velocity and attitude.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Ekf {
     config: EkfConfig,
     is_flying: bool,

@@ -83,7 +83,7 @@ enum Motion {
 ///
 /// Times are seconds of any clock that does not run backwards, in `f64` as an `f32` resolves only
 /// 4 ms after ten hours. A time before the last one counts as the last one.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Planner<const PIECES: usize> {
     /// The limits of a robot with all its thrust, and those at present.
     full_limits: FlightLimits,
@@ -122,6 +122,23 @@ impl<const PIECES: usize> Planner<PIECES> {
             pieces: PieceStore::new(),
             time_s: f64::NEG_INFINITY,
         })
+    }
+
+    /// Changes the limits and the fence of plans from now on. A plan in force stays as it is.
+    ///
+    /// # Errors
+    /// Returns [`PlanError::Limits`] if a limit is not finite or not positive.
+    pub fn restrict(
+        &mut self,
+        limits: FlightLimits,
+        fence: PositionFence,
+    ) -> Result<(), PlanError> {
+        if !limits.are_valid() {
+            return Err(PlanError::Limits);
+        }
+        (self.full_limits, self.limits) = (limits, limits);
+        (self.whole_fence, self.fence) = (fence, fence);
+        Ok(())
     }
 
     /// Limits the acceleration of plans from now on to that for which the robot has thrust, in m/s², at

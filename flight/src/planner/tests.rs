@@ -346,7 +346,7 @@ fn coarse_sampling_flies_the_same_way() {
         yaw_rate_rad_s: 0.3,
     };
     let mut fine = CheckedFlight::hovering();
-    let mut coarse = fine.planner.clone();
+    let mut coarse = fine.planner;
     fine.planner.follow_velocity(fine.now_s, command).unwrap();
     coarse.follow_velocity(fine.now_s, command).unwrap();
     for _ in 0..8 {

@@ -106,7 +106,7 @@ pub(super) fn is_at_rest(reference: &Reference) -> bool {
 }
 
 /// The pieces that a planner stores.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct PieceStore<const PIECES: usize> {
     pieces: [Option<TrajectoryPiece>; PIECES],
 }

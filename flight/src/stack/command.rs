@@ -7,7 +7,8 @@
 use super::governor::HeldAttitude;
 use super::{FlightStack, StackSettings, yaw_rad};
 use crate::planner::{
-    Destination, PlanError, PlanReport, Planner, TrajectoryPiece, VelocityCommand,
+    Destination, FlightLimits, PlanError, PlanReport, Planner, PositionFence, TrajectoryPiece,
+    VelocityCommand,
 };
 use crate::supervisor::SupervisorStage;
 use crate::{GRAVITY_M_S2, Reference};
@@ -111,6 +112,24 @@ impl FlightStack {
     /// Sets if the script ended by a fault and has not restarted. Such a robot lands.
     pub fn set_script_fault(&mut self, has_fault: bool) {
         self.has_script_fault = has_fault;
+    }
+
+    /// Changes the limits and the fence of motions from now on. A plan in force stays as it is, and the
+    /// supervisor watches the new fence at once.
+    ///
+    /// # Errors
+    /// Refuses a limit that is not finite or not positive.
+    pub fn restrict(
+        &mut self,
+        limits: FlightLimits,
+        fence: PositionFence,
+    ) -> Result<(), FlightRefusal> {
+        if let Some(planner) = &mut self.planner {
+            planner.restrict(limits, fence)?;
+        }
+        self.settings.limits = limits;
+        self.settings.fence = fence;
+        Ok(())
     }
 
     /// Takes a sign of life of the script or pilot, so that the command in force does not expire.

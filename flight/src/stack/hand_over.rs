@@ -15,7 +15,7 @@
 //! A plan that the supervisor needs is due from the tick in which the supervisor changes its state.
 //! If no copy brings it in time, the next tick makes it, late or not.
 
-use super::FlightStack;
+use super::{FlightStack, StackSettings};
 use crate::supervisor::{MotorPermission, PilotRequests};
 
 /// Time in ms after which a tick makes a plan that is due itself.
@@ -101,8 +101,13 @@ impl FlightStack {
             self.command_ms = copy.command_ms;
         }
         if is_current && copy.desk.plans != self.desk.plans {
-            self.planner.clone_from(&copy.planner);
+            self.planner = copy.planner;
             self.desk.landing_due_ms = copy.desk.landing_due_ms;
+        }
+        let StackSettings { limits, fence, .. } = copy.settings;
+        if (limits, fence) != (self.settings.limits, self.settings.fence) {
+            // The copy has refused limits that are not valid.
+            let _ = self.restrict(limits, fence);
         }
         self.desk.commands = copy.desk.commands;
         self.desk.plans = copy.desk.plans;

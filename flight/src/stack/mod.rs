@@ -107,7 +107,7 @@ const EFFORT_S: f32 = 0.15;
 const RANGE_AGE_S: f32 = 0.033;
 
 /// The flight controller of one robot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct FlightStack {
     settings: StackSettings,
     calibrator: ImuCalibrator,

@@ -14,7 +14,7 @@ const RETURN_S: f64 = 0.003;
 
 /// Lets `act` command a copy.
 fn command<R>(rig: &mut Rig, act: impl FnOnce(&mut FlightStack) -> R) -> R {
-    let mut copy = rig.stack.clone();
+    let mut copy = rig.stack;
     rig.run(COPY_AGE_S, |_| {});
     let result = act(&mut copy);
     rig.run(RETURN_S, |_| {});
@@ -75,7 +75,7 @@ fn a_landing_of_the_supervisor_needs_no_copy() {
         for _ in 0..8_000 {
             rig.step();
             if has_copy && rig.stack.is_plan_due() {
-                let mut copy = rig.stack.clone();
+                let mut copy = rig.stack;
                 copy.plan_what_is_due();
                 rig.stack.take_commands(&copy);
                 assert!(!rig.stack.is_plan_due());
@@ -91,7 +91,7 @@ fn a_landing_of_the_supervisor_needs_no_copy() {
 #[test]
 fn a_plan_of_an_ended_flight_is_dropped() {
     let mut rig = flying(3);
-    let mut copy = rig.stack.clone();
+    let mut copy = rig.stack;
     let there = Destination::Relative { displacement_m: Vec3::X, turn_rad: 0.0 };
     copy.go_to(there, None).expect("no plan");
     rig.stack.emergency_stop();
