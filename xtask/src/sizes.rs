@@ -188,10 +188,10 @@ mod tests {
 
     #[test]
     fn the_budget_is_that_of_the_robot_file() {
-        assert!(check(&crazyflie(236_000, 61_440)).is_ok());
-        let failure = check(&crazyflie(236_001, 61_441)).unwrap_err().to_string();
-        assert!(failure.contains("flash 236001 > 236000"), "{failure}");
-        assert!(failure.contains("ram 61441 > 61440"), "{failure}");
+        assert!(check(&crazyflie(274_432, 66_560)).is_ok());
+        let failure = check(&crazyflie(274_433, 66_561)).unwrap_err().to_string();
+        assert!(failure.contains("flash 274433 > 274432"), "{failure}");
+        assert!(failure.contains("ram 66561 > 66560"), "{failure}");
     }
 
     #[test]

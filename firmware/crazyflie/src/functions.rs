@@ -1,11 +1,14 @@
 //! The robot functions that scripts call. Each has an entry in `robots/crazyflie/robot.toml` and an
 //! arm here.
 
+use core::cell::RefCell;
+
 use bittybuzz_flight::pilot::{PilotAnswer, PilotFunction};
 use bittybuzz_runtime::call::{expect_count, integer, nothing};
 use bittybuzz_runtime::mail::MailQueues;
 use bittybuzz_runtime::script::{Console, Counts, RobotHost, ScriptStopped};
 use bittybuzz_runtime::setpoint::SetpointWriter;
+use bittybuzz_station::Station;
 use bittybuzz_vm_core::number::{Profile, Rng};
 use bittybuzz_vm_core::{
     Argument, Axis, ByteCode, CallArguments, Periods, Refusal, Reply, RobotFault, Type, Value,
@@ -54,10 +57,11 @@ impl Crazyflie {
         leds: ScriptLeds,
         setpoint: SetpointWriter<Powers>,
         status: &'static StatusChannel,
+        station: &'static RefCell<Station>,
         robot_id: u16,
     ) -> Self {
         let rng = Rng::new(0, robot_id);
-        let pilot = ScriptPilot::new();
+        let pilot = ScriptPilot::new(station);
         let report_at = FIRST_STATUS_STEPS;
         Crazyflie { leds, setpoint, pilot, status, rng, stopwatch: None, report_at }
     }
@@ -279,10 +283,9 @@ impl RobotHost<Numbers> for Crazyflie {
 
     fn stop(&mut self, reason: ScriptStopped) {
         self.setpoint.stop();
-        match reason {
-            ScriptStopped::Fault(_) => self.pilot.set_script_fault(true),
-            // A robot that still flies lands for want of a set-point.
-            ScriptStopped::Ended | ScriptStopped::Refused => self.pilot.leave(),
+        // After another end a robot that still flies lands for want of a set-point.
+        if let ScriptStopped::Fault(_) = reason {
+            self.pilot.set_script_fault(true);
         }
         self.status.signal(reason.into());
     }

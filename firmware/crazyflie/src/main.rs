@@ -10,6 +10,7 @@
 //! | [`drive_motors`] | applies the script's set-points, and stops the motors when they expire |
 //! | [`link::receive`] | handles frames of the nRF51: radio, battery, shutdown |
 //! | [`link::send`] | sends frames to the nRF51 |
+//! | [`link::station`] | executes the packets of a ground station |
 //! | [`link::swarm`] | sends swarm messages to all other robots |
 //! | [`battery::watch_battery`] | warns of an empty battery, stops the motors, switches off |
 //! | [`leds::show_status`] | drives the two LEDs of the firmware |
@@ -56,12 +57,16 @@ mod robot {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
+use core::cell::RefCell;
+
 use bittybuzz_board::log;
 use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
+use bittybuzz_crtp::Identity;
 use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{CHECK_PERIOD, Liveness, Pulse};
 use bittybuzz_runtime::script;
 use bittybuzz_runtime::setpoint::{self, SetpointWriter};
+use bittybuzz_station::Station;
 use bittybuzz_vm_core::{ByteCode, Image, Part, Vm};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
@@ -164,7 +169,14 @@ async fn main(spawner: Spawner) {
     // The other tasks begin afterwards: this takes a millisecond, and 15 ms with a bus that is held.
     let configuration = configuration::load(&mut expansion).await;
 
-    let crazyflie = Crazyflie::new(script_leds, SetpointWriter::new(&SETPOINTS), &STATUS, robot_id);
+    let may_run = failure.is_none() && board.is_ok();
+    static STATION: StaticCell<RefCell<Station>> = StaticCell::new();
+    let [radio_id, ..] = configuration.radio.address;
+    let identity = Identity { id: radio_id, firmware: link::station::FIRMWARE, device: "CF21" };
+    let station: &'static RefCell<Station> =
+        STATION.init_with(|| RefCell::new(Station::new(identity)));
+    let setpoint = SetpointWriter::new(&SETPOINTS);
+    let crazyflie = Crazyflie::new(script_leds, setpoint, &STATUS, station, robot_id);
     let pulse = |task| TASKS.pulse(task);
     static LOG: ConstStaticCell<[u8; LOG_BYTES]> = ConstStaticCell::new([0; LOG_BYTES]);
     static VM: ConstStaticCell<Machine> = ConstStaticCell::new(Vm::new());
@@ -181,7 +193,6 @@ async fn main(spawner: Spawner) {
         log::error!("this is {}: its motors differ, none turns and no script runs", other);
         STATUS.signal(Status::Stopped);
     }
-    let may_run = failure.is_none() && board.is_ok();
     // Each task is spawned once, so a place for it is free.
     spawner.spawn(defmt::unwrap!(run_script(script, may_run)));
     spawner.spawn(defmt::unwrap!(drive_motors(pulse(Task::Motors))));
@@ -191,6 +202,7 @@ async fn main(spawner: Spawner) {
         robot_id,
         pulse(Task::Receive)
     )));
+    spawner.spawn(defmt::unwrap!(link::station::serve(station, may_run)));
     spawner.spawn(defmt::unwrap!(link::send::send_frames(sender, pulse(Task::Send))));
     spawner.spawn(defmt::unwrap!(link::swarm::broadcast_messages(robot_id, pulse(Task::Swarm))));
     spawner.spawn(defmt::unwrap!(battery::watch_battery(pulse(Task::Battery))));

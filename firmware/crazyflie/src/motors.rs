@@ -191,3 +191,10 @@ fn low(port: Gpio, pin: usize) {
     port.bsrr().write(|w| w.set_br(pin, true));
     port.moder().modify(|w| w.set_moder(pin, Moder::OUTPUT));
 }
+
+/// Returns the duties in the compare registers, of 65,535.
+pub fn duties() -> [u16; 4] {
+    let (tim2, tim4) = (pac::TIM2, pac::TIM4);
+    let duties = [tim2.ccr(1).read(), tim2.ccr(3).read(), tim2.ccr(0).read(), tim4.ccr(3).read().0];
+    duties.map(|duty| (duty as u16).min(255) * 257)
+}

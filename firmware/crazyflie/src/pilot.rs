@@ -7,14 +7,14 @@
 //! A script that does not complete its steps does not reach the pilot: the set-point then expires, and
 //! the supervisor lands the robot.
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::cell::RefCell;
 
 use bittybuzz_board::log;
 use bittybuzz_flight::pilot::{
     PermissionEnd, Pilot, PilotAnswer, PilotFunction, PilotMoment, PilotRefusal, PilotSettings,
 };
 use bittybuzz_flight::planner::PlanError;
-use bittybuzz_flight::stack::FlightStack;
+use bittybuzz_station::{ScriptAircraft, ScriptRank, Station};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant};
@@ -35,23 +35,17 @@ pub enum PersonRequest {
 /// The last request of a person.
 pub static REQUEST: Signal<CriticalSectionRawMutex, PersonRequest> = Signal::new();
 
-static IS_ON_DUTY: AtomicBool = AtomicBool::new(false);
-
-/// Returns true if a script runs whose pilot can be permitted to fly.
-pub fn is_on_duty() -> bool {
-    IS_ON_DUTY.load(Ordering::Relaxed)
-}
-
 /// The pilot, with the time of its last tick.
 pub struct ScriptPilot {
     pilot: Pilot,
+    station: &'static RefCell<Station>,
     ticked_at: Option<Instant>,
 }
 
 impl ScriptPilot {
     /// Returns a pilot without a permission.
-    pub fn new() -> Self {
-        ScriptPilot { pilot: Pilot::new(PilotSettings::CRAZYFLIE), ticked_at: None }
+    pub fn new(station: &'static RefCell<Station>) -> Self {
+        ScriptPilot { pilot: Pilot::new(PilotSettings::CRAZYFLIE), station, ticked_at: None }
     }
 
     /// Executes a flight function with these arguments.
@@ -61,37 +55,42 @@ impl ScriptPilot {
         numbers: &[f32],
         is_repeated: bool,
     ) -> PilotAnswer {
-        self.act(|pilot, stack, moment| pilot.call(function, numbers, is_repeated, stack, moment))
-            .unwrap_or(PilotAnswer::Refused { reason: PilotRefusal::NotReady, is_new: true })
+        let rank = match function {
+            PilotFunction::Land => ScriptRank::Landing,
+            _ => ScriptRank::Usual,
+        };
+        self.act(rank, |pilot, aircraft, moment| {
+            pilot.call(function, numbers, is_repeated, aircraft, moment)
+        })
+        .unwrap_or(PilotAnswer::Refused { reason: PilotRefusal::NotReady, is_new: true })
     }
 
     /// Flies on, since the script has completed a step or waits on purpose.
     pub fn renew(&mut self) {
-        IS_ON_DUTY.store(true, Ordering::Relaxed);
         let now = Instant::now();
         let is_due = |at: Instant| now.saturating_duration_since(at) >= PERIOD;
         if self.ticked_at.is_none_or(is_due) {
             self.ticked_at = Some(now);
-            self.act(|pilot, stack, moment| pilot.tick(stack, moment));
+            self.tick();
         }
     }
 
     /// Sets if a fault has stopped the script and it has not restarted.
     pub fn set_script_fault(&mut self, has_fault: bool) {
         self.pilot.set_script_fault(has_fault);
-        self.act(|pilot, stack, moment| pilot.tick(stack, moment));
+        self.tick();
     }
 
-    /// Notes that no script runs that could fly.
-    pub fn leave(&mut self) {
-        IS_ON_DUTY.store(false, Ordering::Relaxed);
+    fn tick(&mut self) {
+        self.act(ScriptRank::Usual, |pilot, aircraft, moment| pilot.tick(aircraft, moment));
     }
 
     /// Lets the pilot act, after the request of a person. Returns `None` before the flight task was
     /// started.
     fn act<R>(
         &mut self,
-        act: impl FnOnce(&mut Pilot, &mut FlightStack, PilotMoment) -> R,
+        rank: ScriptRank,
+        act: impl FnOnce(&mut Pilot, &mut ScriptAircraft<'_>, PilotMoment) -> R,
     ) -> Option<R> {
         let moment = PilotMoment {
             now_ms: Instant::now().as_millis(),
@@ -109,7 +108,11 @@ impl ScriptPilot {
             None => {}
         }
         let pilot = &mut self.pilot;
-        pilot_desk::command(|stack| act(pilot, stack, moment))
+        // Both tasks run in the thread executor, and neither holds the station while it waits.
+        let mut station = self.station.borrow_mut();
+        pilot_desk::command(|stack| {
+            act(pilot, &mut station.script_aircraft(stack, rank, moment.now_ms), moment)
+        })
     }
 }
 

@@ -16,11 +16,11 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_flight::ekf::{FlowMeasurement, FlowSurface, PoseMeasurement};
+use bittybuzz_flight::ekf::{FlowMeasurement, FlowSurface};
 use bittybuzz_flight::pilot::PilotSettings;
 use bittybuzz_flight::stack::FlightStack;
 use bittybuzz_flight::supervisor::SupervisorStage;
-use bittybuzz_flight::{ImuSample, Quat, Vec3};
+use bittybuzz_flight::{ImuSample, Vec3};
 use bittybuzz_pmw3901::MotionCounts;
 use bittybuzz_runtime::pose::Pose;
 use embassy_time::{Duration, Instant};
@@ -28,7 +28,8 @@ use embassy_time::{Duration, Instant};
 use super::pilot_desk;
 use super::state::{self, Deadlines, Sample};
 use crate::decks::{flow, ranging};
-use crate::{link, motors};
+use crate::link::{self, FlightPose};
+use crate::motors;
 
 /// The duration of a tick of the flight controller.
 const TICK_US: u64 = 1_000;
@@ -36,14 +37,7 @@ const TICK_US: u64 = 1_000;
 /// one.
 const TICKS_MAX: u64 = 10;
 /// Samples between two copies for the pilot.
-const COPY_SAMPLES: u32 = 10;
-
-/// The accuracy of poses from a positioning system with cameras: Crazyswarm sets 1 mm
-/// (crazyflies.yaml).
-const POSE_SIGMA_M: f32 = 0.001;
-const POSE_SIGMA_RAD: f32 = 0.005;
-/// The assumed age of a pose that arrives. The filter finds its mean by itself.
-const POSE_AGE_S: f32 = 0.01;
+const COPY_SAMPLES: u32 = 20;
 
 /// The quality from which on a picture without motion shows a robot at rest: that below which PixArt's
 /// application note on the PMW3901 rejects counts.
@@ -138,15 +132,16 @@ impl Controller {
 
     /// Takes one measurement. The others wait for the next sample.
     fn receive_measurement(&mut self) {
+        if let Some(state) = pilot_desk::ADOPTED.try_take()
+            && !self.stack.is_flying()
+        {
+            self.stack.adopt(&state);
+        }
         if let Some(pose) = link::FLIGHT_POSE.try_take() {
-            let [x, y, z, w] = pose.quaternion;
-            self.stack.receive_pose(&PoseMeasurement {
-                position_m: Vec3::from_array(pose.position_m),
-                attitude: Quat::from_xyzw(x, y, z, w),
-                sigma_m: POSE_SIGMA_M,
-                sigma_rad: POSE_SIGMA_RAD,
-                age_s: POSE_AGE_S,
-            });
+            match pose {
+                FlightPose::Pose(pose) => self.stack.receive_pose(&pose),
+                FlightPose::Position(position) => self.stack.receive_position(&position),
+            }
         } else if let Some(flow) = flow::FLIGHT_SAMPLE.try_take() {
             let MotionCounts { delta_x, delta_y, surface_quality, shutter, .. } = flow.counts;
             let surface = FlowSurface { quality: surface_quality, shutter };
@@ -188,7 +183,7 @@ impl Controller {
         let copy = returned.or_else(|| is_copy_due.then(pilot_desk::take_unused).flatten());
         let Some(copy) = copy else { return };
         self.publish_estimate();
-        copy.clone_from(&*self.stack);
+        *copy = *self.stack;
         pilot_desk::lend(copy);
         if is_plan_due {
             pilot_desk::PLAN_DUE.signal(());

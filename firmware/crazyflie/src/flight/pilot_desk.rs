@@ -8,6 +8,7 @@
 
 use core::sync::atomic::AtomicBool;
 
+use bittybuzz_flight::FlightState;
 use bittybuzz_flight::stack::FlightStack;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -29,6 +30,9 @@ pub static DISARM: AtomicBool = AtomicBool::new(false);
 /// True once a person stopped the motors until power-on.
 pub static EMERGENCY_STOP: AtomicBool = AtomicBool::new(false);
 
+/// The state that a robot on the ground adopts, since a ground station asked for it.
+pub static ADOPTED: Signal<CriticalSectionRawMutex, FlightState> = Signal::new();
+
 /// Takes the copy with commands, for the flight task.
 pub(super) fn take_returned() -> Option<&'static mut FlightStack> {
     RETURNED.try_receive().ok()
@@ -45,14 +49,24 @@ pub(super) fn lend(copy: &'static mut FlightStack) {
     let _ = LENT.try_send(copy);
 }
 
+/// Lets a task of the thread executor look at the copy, and act on it if `act` returns true with its
+/// result.
+pub fn look<R>(act: impl FnOnce(&mut FlightStack) -> (R, bool)) -> Option<R> {
+    let (copy, has_commands) = match RETURNED.try_receive() {
+        Ok(copy) => (copy, true),
+        Err(_) => (LENT.try_receive().ok()?, false),
+    };
+    let (result, acts) = act(copy);
+    let place = if has_commands || acts { &RETURNED } else { &LENT };
+    let _ = place.try_send(copy);
+    Some(result)
+}
+
 /// Lets a task of the thread executor act on the copy; the flight task takes its commands within a
 /// millisecond while the sensors run. Returns `None` before the flight task was started.
 pub fn command<R>(act: impl FnOnce(&mut FlightStack) -> R) -> Option<R> {
     // Commands that the flight task has not taken yet are completed.
-    let copy = RETURNED.try_receive().or_else(|_| LENT.try_receive()).ok()?;
-    let result = act(copy);
-    let _ = RETURNED.try_send(copy);
-    Some(result)
+    look(|copy| (act(copy), true))
 }
 
 /// Runs the task that makes the plans that are due.

@@ -13,7 +13,7 @@
 //! * [`send`] writes frames, one at a time. The nRF51 has flow control for its UART but not for the
 //!   queue after it, so the task waits until the nRF51 has read the previous frame.
 //! * [`swarm`] carries the script's messages over P2P broadcasts.
-//! * [`supervisor_port`] reads the commands of a person: arm, disarm, stop.
+//! * [`station`] executes the packets of a ground station, and [`log_values`] has what it logs.
 //! * [`one_wire`] exchanges requests and answers about the memories of decks.
 //! * [`setup`] sets the radio up, and repeats this when the nRF51 has restarted and lost its
 //!   settings.
@@ -21,17 +21,18 @@
 //! No function here waits for a reader. A packet that finds no room is dropped and counted, and a
 //! damaged frame is skipped up to the next start.
 
+mod log_values;
 pub mod one_wire;
 pub mod receive;
 pub mod send;
 mod setup;
-mod supervisor_port;
+pub mod station;
 pub mod swarm;
 pub mod uart;
 
 use core::sync::atomic::{AtomicBool, AtomicI16, AtomicU16, AtomicU32, Ordering};
 
-use bittybuzz_comms::syslink::ExternalPose;
+use bittybuzz_flight::ekf::{PoseMeasurement, PositionMeasurement};
 use bittybuzz_runtime::pose::LatestPose;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
@@ -63,8 +64,14 @@ pub struct LinkState {
 /// The robot's pose from a positioning system, sent by the ground station.
 pub static POSE: LatestPose = LatestPose::new();
 
+/// A measured place of the robot, for the flight controller.
+pub enum FlightPose {
+    Pose(PoseMeasurement),
+    Position(PositionMeasurement),
+}
+
 /// The latest pose for the flight controller, which takes each pose once.
-pub static FLIGHT_POSE: Signal<CriticalSectionRawMutex, ExternalPose> = Signal::new();
+pub static FLIGHT_POSE: Signal<CriticalSectionRawMutex, FlightPose> = Signal::new();
 
 /// The state of the only link.
 pub static STATE: LinkState = LinkState {
@@ -104,6 +111,21 @@ impl LinkState {
     /// Returns true if USB powers the robot, so that its battery is charged or full.
     pub fn is_usb_powered(&self) -> bool {
         self.usb_powered.load(Ordering::Relaxed)
+    }
+
+    /// Returns the signal strength of the last radio packet in dBm.
+    fn rssi(&self) -> i16 {
+        self.rssi.load(Ordering::Relaxed)
+    }
+
+    /// Returns the number of frames with a correct checksum.
+    fn received(&self) -> u32 {
+        self.received.load(Ordering::Relaxed)
+    }
+
+    /// Returns the number of P2P frames of other robots.
+    fn heard(&self) -> u32 {
+        self.heard.load(Ordering::Relaxed)
     }
 
     /// Returns true if frames to other robots may be sent.

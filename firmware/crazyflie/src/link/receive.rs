@@ -2,9 +2,8 @@
 
 use core::sync::atomic::Ordering;
 
-use bittybuzz_comms::syslink::{Crtp, RadioSettings, SWARM_PORT, SyslinkPacket, SyslinkParser};
+use bittybuzz_comms::syslink::{RadioSettings, SWARM_PORT, SyslinkPacket, SyslinkParser};
 use bittybuzz_runtime::liveness::{BEAT, Pulse};
-use bittybuzz_runtime::pose::Pose;
 use embassy_time::with_timeout;
 
 use super::one_wire;
@@ -12,7 +11,7 @@ use super::send::send;
 use super::setup::RadioSetup;
 use super::swarm::SwarmReceiver;
 use super::uart::Receiver;
-use super::{FLIGHT_POSE, POSE, STATE, supervisor_port};
+use super::{STATE, station};
 use crate::motors;
 
 /// Runs the receiving task.
@@ -50,14 +49,7 @@ pub async fn receive_frames(
 
 fn act(packet: &SyslinkPacket<'_>, swarm_receiver: &mut SwarmReceiver) {
     match packet {
-        SyslinkPacket::Raw(data) => match Crtp::parse(data) {
-            Some(Crtp::Echo) => send(packet),
-            Some(Crtp::ExternalPose(pose)) => {
-                POSE.set(Pose::new(pose.position_m, pose.quaternion));
-                FLIGHT_POSE.signal(pose);
-            }
-            _ => supervisor_port::process(data),
-        },
+        SyslinkPacket::Raw(data) => station::receive(data),
         SyslinkPacket::Rssi(dbm) => STATE.rssi.store(*dbm, Ordering::Relaxed),
         SyslinkPacket::P2pReceived { port, rssi, data } => {
             STATE.rssi.store(*rssi, Ordering::Relaxed);

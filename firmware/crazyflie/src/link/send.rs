@@ -38,6 +38,11 @@ pub fn send(packet: &SyslinkPacket<'_>) {
     }
 }
 
+/// Returns true if a frame can be queued.
+pub fn has_room() -> bool {
+    !OUT.is_full()
+}
+
 /// Queues a frame. If the queue is full, the frame is dropped and counted.
 pub fn send_frame(frame: SyslinkFrame<'_>) {
     if OUT.try_send(frame.bytes()).is_err() {
@@ -45,7 +50,8 @@ pub fn send_frame(frame: SyslinkFrame<'_>) {
     }
 }
 
-fn count_dropped() {
+/// Counts a frame or packet that found no room.
+pub fn count_dropped() {
     STATE.dropped.fetch_add(1, Ordering::Relaxed);
 }
 
