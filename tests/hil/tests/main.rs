@@ -39,6 +39,7 @@ mod script;
 mod sensors;
 mod slices;
 mod squeezed;
+mod station;
 mod swarm;
 mod zooid_battery;
 mod zooid_brown_out;

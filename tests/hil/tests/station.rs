@@ -1,0 +1,69 @@
+//! A ground station flies the firmware's image in the physics, by packets that cflib 0.1.34 sent for these
+//! calls (comms/crtp/tests/vectors).
+
+use bittybuzz_hil::{Command, Core, EmulatorEvent, RADIO_RAW, Robot, frames, motors, resets};
+
+/// `supervisor.send_arming_request(True)`, and its answer: accepted, armed.
+const ARM: [u8; 3] = [0x9d, 1, 1];
+const ARMED: [u8; 4] = [0x9d, 0x81, 1, 1];
+/// `high_level_commander.takeoff(0.5, 2.0, 0, 0.0)`.
+const TAKE_OFF: [u8; 16] = [
+    0x8c, 0x07, 0x00, 0x00, 0x00, 0x00, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x40,
+];
+/// `commander.send_position_setpoint(1.0, -2.0, 0.5, 180.0)`.
+const POSITION: [u8; 18] =
+    [0x7c, 7, 0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f, 0, 0, 0x34, 0x43];
+/// `commander.send_notify_setpoint_stop(500)`.
+const SETPOINTS_END: [u8; 6] = [0x7d, 0, 0xf4, 1, 0, 0];
+/// `high_level_commander.land(0.0, 2.0, 0, 1.5)`.
+const LAND: [u8; 16] = [
+    0x8c, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xc0, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x40,
+];
+
+fn place_m(robot: &Robot) -> [f64; 3] {
+    let place = robot.events.iter().rev().find_map(|event| match event.event {
+        EmulatorEvent::Motion { position_m, .. } => Some(position_m),
+        _ => None,
+    });
+    place.expect("the body reports its motion")
+}
+
+fn distance_m(robot: &Robot, to_m: [f64; 3]) -> f64 {
+    let squares = place_m(robot).into_iter().zip(to_m).map(|(a, b)| (a - b).powi(2));
+    squares.sum::<f64>().sqrt()
+}
+
+/// The script of the robot does nothing. Poses come from a motion capture, which is a station too, so the
+/// plans stay in force.
+#[test]
+fn a_station_flies_the_image() {
+    let mut robot = Robot::crazyflie(Core::Unicorn, "function init() {}\nfunction step() {}\n");
+    robot.execute(&Command::Body {
+        seed: 1,
+        x_mm: 0.0,
+        y_mm: 0.0,
+        yaw_degrees: 0.0,
+        pose_ms: 10,
+        pose_noise_mm: 0.5,
+        pose_noise_degrees: 0.3,
+    });
+    robot.run_ms(2_000);
+    robot.send(RADIO_RAW, &ARM);
+    robot.run_ms(50);
+    assert!(frames(&robot.events, RADIO_RAW).any(|(_, packet)| packet == ARMED), "not armed");
+    robot.send(RADIO_RAW, &TAKE_OFF);
+    robot.run_ms(4_000);
+    assert!((place_m(&robot)[2] - 0.5).abs() < 0.02, "{:?}", place_m(&robot));
+    for _ in 0..80 {
+        robot.send(RADIO_RAW, &POSITION);
+        robot.run_ms(100);
+    }
+    assert!(distance_m(&robot, [1.0, -2.0, 0.5]) < 0.05, "{:?}", place_m(&robot));
+    robot.send(RADIO_RAW, &SETPOINTS_END);
+    robot.run_ms(500);
+    robot.send(RADIO_RAW, &LAND);
+    robot.run_ms(6_000);
+    assert_eq!(motors(&robot.events), [0.0; 4]);
+    assert!(distance_m(&robot, [1.0, -2.0, 0.0]) < 0.1, "{:?}", place_m(&robot));
+    assert_eq!(resets(&robot.events), []);
+}
