@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn the_budget_is_that_of_the_robot_file() {
         assert!(check(&crazyflie(278_528, 66_560)).is_ok());
-        let failure = check(&crazyflie(274_433, 66_561)).unwrap_err().to_string();
+        let failure = check(&crazyflie(278_529, 66_561)).unwrap_err().to_string();
         assert!(failure.contains("flash 278529 > 278528"), "{failure}");
         assert!(failure.contains("ram 66561 > 66560"), "{failure}");
     }

@@ -106,8 +106,8 @@ struct Definitions<'t> {
     locals: BTreeSet<&'t str>,
     /// The names before `=`.
     assigned: BTreeSet<&'t str>,
-    /// Fields before `=`, with the name before the dot.
-    fields: BTreeSet<(&'t str, &'t str)>,
+    /// Fields before `=`, with all that is before their dot.
+    fields: BTreeSet<(String, &'t str)>,
 }
 
 impl<'t> Definitions<'t> {
@@ -133,7 +133,7 @@ impl<'t> Definitions<'t> {
             let is_assigned = at(Some(position + 1)) == "=";
             match before {
                 "." if is_assigned => {
-                    found.fields.insert((at(position.checked_sub(2)), name));
+                    found.fields.insert((object_of(&pieces[..position - 1]), name));
                 }
                 "." => {}
                 "function" => {
@@ -153,6 +153,20 @@ impl<'t> Definitions<'t> {
         }
         found
     }
+}
+
+/// Returns the object at the end of the pieces: a name, or names with dots between them.
+fn object_of(pieces: &[Piece]) -> String {
+    let mut object = String::new();
+    for pair in pieces.rchunks(2) {
+        let [.., name] = pair else { break };
+        object.insert_str(0, name.text);
+        match pair {
+            [dot, _] if dot.text == "." => object.insert(0, '.'),
+            _ => break,
+        }
+    }
+    object
 }
 
 /// Returns true if the compiler found a syntax error, or an include that it could not read.
@@ -188,10 +202,10 @@ pub fn falsely_unknown(text: &str, compiled: &Compiled) -> Vec<String> {
             return true;
         }
         let position = pieces.partition_point(|piece| piece.range.start < range.start);
-        if let [.., object, dot] = &pieces[..position]
+        if let [before @ .., dot] = &pieces[..position]
             && dot.text == "."
         {
-            return defined.fields.contains(&(object.text, name));
+            return defined.fields.contains(&(object_of(before), name));
         }
         let is_global = defined.functions.contains(name) || defined.assigned.contains(name);
         match has_syntax_error {
@@ -220,10 +234,11 @@ fn a_text_is_split_without_its_comments() {
 #[test]
 fn definitions_are_found_in_broken_text() {
     let found = Definitions::read(&split(
-        "var a = = 1\nfunction f(b, c {\nd = (e\n}} t.g = 1 if(h == i <= j) { .k = 2 }\nx = function(l)",
+        "var a = = 1\nfunction f(b, c {\nd = (e\n}} t.g = 1 if(h == i <= j) { .k = 2 }\nx = function(l)\na.b.c = 1",
     ));
     assert_eq!(found.functions, BTreeSet::from(["f"]));
     assert_eq!(found.locals, BTreeSet::from(["a", "b", "c", "l"]));
     assert_eq!(found.assigned, BTreeSet::from(["d", "x"]));
-    assert_eq!(found.fields, BTreeSet::from([("t", "g"), ("{", "k")]));
+    let fields = [("a.b", "c"), ("t", "g"), ("{", "k")];
+    assert_eq!(found.fields, fields.map(|(object, name)| (object.to_owned(), name)).into());
 }

@@ -159,8 +159,8 @@ fn a_part_of_the_firmware_does_not_run() {
         let what = format!("{length} of {firmware} bytes");
         let mut robot = FlashedRobot::new(old.clone());
         robot.switch_on(true);
-        // The erasing of sectors counts, too: four of 16 KiB, and one of 64 KiB.
-        let sectors = [0, 0x4000, 0x8000, 0xc000, 0x1_c000];
+        // The erasing of sectors counts, too: three of 16 KiB, one of 64 KiB, and then such of 128 KiB.
+        let sectors = [0, 0x4000, 0x8000, 0xc000, 0x1_c000, 0x3_c000];
         let erased = sectors.into_iter().filter(|start| *start < length.next_multiple_of(10_240));
         robot.loader.cut_power_at(words(length) + erased.count() + 1);
         let mut station =

@@ -43,12 +43,17 @@ const COPY_SAMPLES: u32 = 20;
 /// application note on the PMW3901 rejects counts.
 const STILL_QUALITY: u8 = 0x19;
 
+/// The greatest age of the last sample of a flow sensor that works.
+const FLOW_AGE_MAX: Duration = Duration::from_secs(1);
+
 /// The flight controller with its inputs and outputs.
 pub struct Controller {
     stack: &'static mut FlightStack,
     /// The time of the sample of the last tick.
     ticked_at: Option<Instant>,
     samples: u32,
+    /// The time of the last sample of a flow sensor.
+    flow_at: Option<Instant>,
     deadlines: Deadlines,
 }
 
@@ -56,7 +61,8 @@ impl Controller {
     /// Returns the controller of a robot that was just switched on.
     pub fn new(stack: &'static mut FlightStack) -> Self {
         stack.plan_elsewhere();
-        Controller { stack, ticked_at: None, samples: 0, deadlines: Deadlines::default() }
+        let deadlines = Deadlines::default();
+        Controller { stack, ticked_at: None, samples: 0, flow_at: None, deadlines }
     }
 
     /// Uses a sample.
@@ -143,6 +149,7 @@ impl Controller {
                 FlightPose::Position(position) => self.stack.receive_position(&position),
             }
         } else if let Some(flow) = flow::FLIGHT_SAMPLE.try_take() {
+            self.flow_at = Some(Instant::now());
             let MotionCounts { delta_x, delta_y, surface_quality, shutter, .. } = flow.counts;
             let surface = FlowSurface { quality: surface_quality, shutter };
             // Without motion, a floor too near for the lens looks like one at rest.
@@ -160,10 +167,12 @@ impl Controller {
         }
     }
 
-    /// Publishes the estimated place, as scripts know it: above a robot that stands at height 0.
+    /// Publishes the place that a robot with a flow sensor estimates, as scripts know it: above a robot
+    /// that stands at height 0. Without that sensor its place is only the one where it was switched on.
     fn publish_estimate(&self) {
+        let has_flow = self.flow_at.is_some_and(|at| at.elapsed() < FLOW_AGE_MAX);
         let health = self.stack.health();
-        if health.is_position_valid && health.is_height_valid {
+        if has_flow && health.is_position_valid && health.is_height_valid {
             let state = self.stack.state();
             let standing_m = Vec3::Z * PilotSettings::CRAZYFLIE.standing_m;
             let place_m = (state.position_m - standing_m).to_array();

@@ -301,7 +301,7 @@ mod tests {
             (r#"{"command":"room","gust_s":0}"#, "gust_s is between 0.001 and 1000, not 0"),
             (r#"{"command":"room","wind_m_s":[2,0,0],"gusts_m_s":1}"#, "the robot has no body"),
             (r#"{"command":"pose_errors","lose":1.5}"#, "a probability is between 0 and 1"),
-            (r#"{"command":"pose_errors","jump_mm":[0,0,1e7]}"#, "jump_mm is between"),
+            (r#"{"command":"pose_errors","jump_mm":[0,0,10000000]}"#, "jump_mm is between"),
             (r#"{"command":"powertrain","thrust_shares":[1,1,2,1]}"#, "between 0 and 1, not 2"),
             (r#"{"command":"powertrain","charge":-1}"#, "between 0 and 1, not -1"),
             (
