@@ -509,9 +509,15 @@ fn the_motion_commander_flies_by_hover_setpoints() {
     let robot = Robot::new();
     let Some(mut station) = Station::connect(&robot) else { return };
     station.ask(&json!(["motion"]));
-    // It also resets the estimator by its parameter.
-    let commands = robot.commands.try_iter().filter(|c| !matches!(c, Command::Parameter(_)));
-    let meanings: Vec<Meaning> = commands.map(|command| meaning(Some(command))).collect();
+    // The station has returned when its last packets are sent, which may be before the robot reads them.
+    let mut meanings = Vec::new();
+    while meanings.last() != Some(&Meaning::SetpointsEnd) {
+        match robot.next() {
+            // It also resets the estimator by its parameter.
+            Command::Parameter(_) => {}
+            command => meanings.push(meaning(Some(command))),
+        }
+    }
     let hovers: Vec<[f32; 4]> = meanings
         .iter()
         .filter_map(|meaning| match meaning {
