@@ -3,9 +3,12 @@
 
 use super::brain::Brain;
 use super::error::UnknownRobot;
+use super::geometry::Pose;
 use super::herd::Cohort;
 use super::id::RobotId;
 use super::light;
+use super::ranger::Sight;
+use super::ray::Side;
 use super::world::World;
 
 impl<B: Brain> World<B> {
@@ -35,6 +38,24 @@ impl<B: Brain> World<B> {
     pub fn light(&self, id: RobotId) -> Result<u16, UnknownRobot> {
         let index = self.index(id)?;
         Ok(light::reading(&self.poses[index], self.settings.ambient_light, &self.lights))
+    }
+
+    /// Returns the distances in mm from a robot's middle to what its Multi-ranger deck meets to the
+    /// front, left, back and right; `None` for nothing in reach.
+    pub fn ranges(&self, id: RobotId) -> Result<[Option<f32>; 4], UnknownRobot> {
+        let index = self.index(id)?;
+        let World { settings, obstacles, crowd, poses, .. } = self;
+        let sight = Sight { area: settings.area, obstacles, crowd };
+        let sides = [Side::Front, Side::Left, Side::Back, Side::Right];
+        Ok(sides.map(|side| sight.range(id, &poses[index], side)))
+    }
+
+    /// Sets the position in mm that a robot reports as its own. Its direction is that of its body.
+    pub fn set_estimate(&mut self, id: RobotId, [x, y, z]: [f32; 3]) -> Result<(), UnknownRobot> {
+        let index = self.index(id)?;
+        let heading = self.poses[index].heading;
+        self.estimates[index] = Some(Pose { x, y, z, heading });
+        Ok(())
     }
 
     /// Sets the LED of a robot: the sum of 1 red, 2 green, 4 blue.

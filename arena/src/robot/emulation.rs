@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use bittybuzz_compiler::{fit, refusal};
-use bittybuzz_emulation::message::{Command, RobotStatistics};
+use bittybuzz_emulation::message::{Command, EmulatorEvent, RobotStatistics};
 use bittybuzz_emulation::{ClientError, Emulator, MemoryMap};
 use bittybuzz_robot_spec::{Layout, Robot};
 
@@ -100,6 +100,47 @@ pub trait Emulation: Debug + Send + Sync {
     /// Returns the memory of the chip, if the emulator gives robots a body, so that they can run
     /// any image for that chip; `None` if only the project's firmware runs.
     fn image_memory(&self) -> Option<MemoryMap> {
+        None
+    }
+
+    /// Returns true if the robots fly in the emulator with the project's firmware: [`Self::body`] gives
+    /// them a body there.
+    fn flies(&self) -> bool {
+        false
+    }
+
+    /// Returns the height in mm of the point that the emulator reports as the robot's position, above
+    /// the ground on which the robot stands.
+    fn standing_mm(&self) -> f32 {
+        0.0
+    }
+
+    /// Returns the keys of the model that robots which fly in the emulator do not support.
+    fn unsupported_in_flight(&self) -> Vec<&'static str> {
+        Vec::new()
+    }
+
+    /// Returns the command that gives a robot that flies the range finders of [`Self::ranges`].
+    fn range_finders(&self) -> Option<Command> {
+        None
+    }
+
+    /// Returns the command by which a person permits a robot to fly, which is repeated until the
+    /// robot answers; `None` if no person does.
+    fn permission(&self) -> Option<Command> {
+        None
+    }
+
+    /// Returns true if the event is the answer of a robot that accepts the permission.
+    fn is_permitted(&self, event: &EmulatorEvent) -> bool {
+        let _ = event;
+        false
+    }
+
+    /// Returns the command with the distances in mm to the front, left, back and right that a flying
+    /// robot measures; `None` for nothing in reach. It is sent whenever it changes.
+    fn ranges(&self, distances_mm: [Option<f32>; 4]) -> Option<Command> {
+        let _ = distances_mm;
         None
     }
 

@@ -14,17 +14,25 @@ use super::emulation::Emulation;
 use super::model::{ModelKeys, RobotModel, SurroundingsKey};
 
 /// A model of robots that the emulator places: their bodies do not move by themselves, and neither
-/// walls nor contacts are felt there, so that they do not crash in the world. Script functions,
-/// positions and surroundings have no part in it.
+/// walls nor contacts are felt there. Script functions, positions and surroundings have no part in
+/// it.
 #[derive(Debug)]
 pub struct HeldRobot {
     of: Arc<dyn RobotModel>,
+    crash_speed_mm_s: Option<f32>,
 }
 
 impl HeldRobot {
-    /// Returns such robots with the shape and the medium of another model.
+    /// Returns such robots with the shape and the medium of another model. A contact in the world is
+    /// no crash, because their emulator does not know of it.
     pub fn new(of: Arc<dyn RobotModel>) -> Self {
-        HeldRobot { of }
+        HeldRobot { of, crash_speed_mm_s: None }
+    }
+
+    /// Returns such robots that crash in the world as those of the other model.
+    pub fn that_crash(of: Arc<dyn RobotModel>) -> Self {
+        let crash_speed_mm_s = of.crash_speed_mm_s();
+        HeldRobot { of, crash_speed_mm_s }
     }
 }
 
@@ -43,6 +51,10 @@ impl BodyModel for HeldRobot {
 
     fn has_positioning(&self) -> bool {
         false
+    }
+
+    fn crash_speed_mm_s(&self) -> Option<f32> {
+        self.crash_speed_mm_s
     }
 
     fn check(&self) -> Result<(), SettingsError> {
@@ -68,7 +80,9 @@ impl RobotModel for HeldRobot {
     }
 
     fn read(&self, section: &Section<'_>) -> Arc<dyn RobotModel> {
-        Arc::new(HeldRobot::new(self.of.read(section)))
+        let of = self.of.read(section);
+        let crash_speed_mm_s = self.crash_speed_mm_s.and(of.crash_speed_mm_s());
+        Arc::new(HeldRobot { of, crash_speed_mm_s })
     }
 
     fn set_media(&self, media: &mut Media) {

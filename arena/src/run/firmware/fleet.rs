@@ -7,21 +7,20 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use bittybuzz_chips::ResetCause;
-use bittybuzz_comms::infrared::FaultReport;
 use bittybuzz_emulation::ClientError;
 use bittybuzz_emulation::message::{Command, EmulatorEvent, TimedEvent};
 use bittybuzz_toml_reader::Place;
 
 use crate::engine::{LinkStatistics, Loss, Media, Medium, Pose, RobotId, RobotState, World};
-use crate::robot::{Emulation, Piece, SimRobot};
+use crate::robot::{Emulation, SimRobot};
 
 use super::bridge::Bridge;
+use super::emulated::Emulated;
 use super::emulator_pool::EmulatorPool;
 use super::p2p::P2P_EXCHANGE_PERIOD;
 use super::table::Motion;
-use super::trace_events::{TraceEvent, TraceEventReader};
-use super::{EMULATED, Firmware, FirmwareError, FirmwareFailure, IN_WORLD};
+use super::trace_events::TraceEventReader;
+use super::{EMULATED, Firmware, FirmwareError, IN_WORLD};
 
 /// All emulated robots of one model. They are powered on when the run begins. A robot that is not
 /// running in the world has no power.
@@ -37,10 +36,10 @@ pub struct EmulatedFleet {
     losses: u64,
 }
 
-/// The longest time that robots with a foreign image run before they exchange frames. The
-/// frames of such robots may be late by this time, which costs less than the exactness of
+/// The longest time that robots run before they exchange frames if they have a foreign image or fly.
+/// Their frames may be late by this time, which costs less than the exactness of
 /// [`P2P_EXCHANGE_PERIOD`]: eight times as many switches between processes.
-const IMAGE_TURN: Duration = Duration::from_millis(1);
+const LONG_TURN: Duration = Duration::from_millis(1);
 
 /// A reason why a fleet cannot start.
 #[derive(Debug)]
@@ -63,43 +62,6 @@ impl From<ClientError> for StartError {
     }
 }
 
-/// Returns the log line for an event that ends a run with this project's firmware. A foreign image
-/// may reset the chip, or ignore its rules, as on the robot.
-fn noted(event: &EmulatorEvent) -> Option<String> {
-    match event {
-        EmulatorEvent::HardwareError { text } => Some(format!("hardware error: {text}")),
-        EmulatorEvent::Reset { cause } => Some(format!("reset: {cause}")),
-        EmulatorEvent::PowerOff { .. } => Some("power off".to_owned()),
-        _ => None,
-    }
-}
-
-/// The state of an emulated robot that is visible from outside.
-struct Emulated {
-    emulation: Arc<dyn Emulation>,
-    id: RobotId,
-    /// The id that its script sees.
-    own_id: u16,
-    /// Duties of the inputs of the motors' drivers, 0 to 1.
-    inputs: [f64; 4],
-    led: u8,
-    /// The time up to which its wheels have turned.
-    rolled: Duration,
-    /// The motion that was last sent to the emulator.
-    last_motion: Option<Motion>,
-    /// True if it runs a foreign image.
-    is_image: bool,
-    is_on: bool,
-    /// True once its body has crashed.
-    has_crashed: bool,
-    /// The pool's numbers of the robots that it is cut off from.
-    deaf_to: BTreeSet<usize>,
-    /// The last command that described its surroundings.
-    sensed: Option<Command>,
-    /// `None` if the firmware has no trace.
-    reader: Option<TraceEventReader>,
-}
-
 impl EmulatedFleet {
     /// Starts the emulator and flashes all robots. `join` returns the world's id of a robot, and
     /// the id that its script sees.
@@ -113,7 +75,8 @@ impl EmulatedFleet {
         seed: u64,
     ) -> Result<Self, StartError> {
         let medium = firmware.model().medium();
-        let turn = if firmware.is_image { IMAGE_TURN } else { P2P_EXCHANGE_PERIOD };
+        let has_long_turns = firmware.is_image || emulation.flies();
+        let turn = if has_long_turns { LONG_TURN } else { P2P_EXCHANGE_PERIOD };
         // The listening robot of a bridge has the number after all others.
         let count = firmware.robots.len() + usize::from(firmware.listener.is_some());
         let mut pool = match emulation.shared_program_robot() {
@@ -134,10 +97,15 @@ impl EmulatedFleet {
                 pool.execute_on(number, &command)?;
             }
             let (id, own_id) = join(flashed.number);
-            if firmware.is_image {
+            // A foreign image has a body in any case, and only the decks of its positioning.
+            let flies = of_group.flies() && !firmware.is_image;
+            if firmware.is_image || flies {
                 let pose = world.robot(id).expect(IN_WORLD).pose;
                 let build = seed.wrapping_add(u64::from(own_id) << 32);
                 for command in of_group.body(&pose, build) {
+                    pool.execute_on(number, &command)?;
+                }
+                if let Some(command) = of_group.range_finders().filter(|_| flies) {
                     pool.execute_on(number, &command)?;
                 }
             }
@@ -149,8 +117,11 @@ impl EmulatedFleet {
                     error,
                 })?;
             }
+            let permission = of_group.permission().filter(|_| flies);
             robots.push(Emulated {
-                emulation: emulation.clone(),
+                emulation: of_group,
+                permission,
+                measured: None,
                 id,
                 own_id,
                 inputs: [0.0; 4],
@@ -281,6 +252,15 @@ impl EmulatedFleet {
                 places.push((number, command.clone()));
                 robot.sensed = Some(command);
             }
+            places.extend(robot.permission.iter().map(|command| (number, command.clone())));
+            if robot.emulation.flies() && !robot.is_image {
+                let distances_mm = world.ranges(robot.id).expect(IN_WORLD);
+                let measured = robot.emulation.ranges(distances_mm);
+                if measured != robot.measured {
+                    places.extend(measured.iter().map(|command| (number, command.clone())));
+                    robot.measured = measured;
+                }
+            }
             // A body without wheels gives its place to the emulator otherwise.
             let Some(motion) = robot.motion(world, *now) else { continue };
             if robot.last_motion.is_none_or(|last_motion| !motion.is_predicted_by(&last_motion)) {
@@ -332,142 +312,5 @@ impl EmulatedFleet {
             links.lost = counted.air.lost;
         }
         Ok((links, overflown))
-    }
-}
-
-impl Emulated {
-    fn duties(&self) -> [f32; 2] {
-        self.emulation.duties(self.inputs)
-    }
-
-    /// Returns the current pose and motion of the robot; `None` for a body without wheels.
-    fn motion(&self, world: &mut World<SimRobot>, now: Duration) -> Option<Motion> {
-        let [speed_mm_s, turn_rad_s] = world.roll(self.id, self.duties(), 0.0).expect(IN_WORLD)?;
-        let pose = world.robot(self.id).expect(IN_WORLD).pose;
-        Some(Motion { since: now, pose, speed_mm_s, turn_rad_s })
-    }
-
-    /// Moves the robot in the world up to `until`, with the current duties of its motors.
-    fn roll(&mut self, until: Duration, world: &mut World<SimRobot>) {
-        let span = until.saturating_sub(self.rolled);
-        self.rolled = self.rolled.max(until);
-        world.roll(self.id, self.duties(), span.as_secs_f32()).expect(IN_WORLD);
-    }
-
-    /// Handles an event of the robot. Its effects are at `until` at the latest.
-    fn note(
-        &mut self,
-        TimedEvent { at, event }: TimedEvent,
-        until: Duration,
-        world: &mut World<SimRobot>,
-    ) -> Result<(), FirmwareFailure> {
-        if self.is_image
-            && let Some(text) = noted(&event)
-        {
-            let tick = world.now();
-            let robot = world.brain_mut(self.id).expect(IN_WORLD);
-            robot.has_logged(tick, vec![Piece::Text(text.into_bytes())]);
-            return Ok(());
-        }
-        match event {
-            EmulatorEvent::Motor { number, duty, .. } => {
-                // An event at the end of an instruction may be slightly later than `until`.
-                self.roll(at.min(until), world);
-                let input = usize::from(number).checked_sub(1);
-                // Numbers of other motors mean nothing to the body.
-                if let Some(input) = input.and_then(|input| self.inputs.get_mut(input)) {
-                    *input = duty;
-                }
-            }
-            EmulatorEvent::Led { name, on } => {
-                let bit = match name.as_str() {
-                    "red" | "red_left" => 1,
-                    "green" | "green_left" => 2,
-                    "blue" | "blue_left" => 4,
-                    // The firmware controls the other LEDs, not the script.
-                    _ => return Ok(()),
-                };
-                self.led = if on { self.led | bit } else { self.led & !bit };
-                world.shine(self.id, self.led).expect(IN_WORLD);
-            }
-            EmulatorEvent::Color { red, green, blue } => {
-                let shines = [red, green, blue].map(|part| u8::from(part > 0));
-                self.led = shines[0] | shines[1] << 1 | shines[2] << 2;
-                world.shine(self.id, self.led).expect(IN_WORLD);
-            }
-            EmulatorEvent::Rtt { bytes } => {
-                // Without a trace, nothing is known about the bytes.
-                let Some(reader) = &mut self.reader else { return Ok(()) };
-                let tick = world.now();
-                let robot = world.brain_mut(self.id).expect(IN_WORLD);
-                for event in reader.read(&bytes) {
-                    match event {
-                        TraceEvent::Log(pieces) => robot.has_logged(tick, pieces),
-                        TraceEvent::Fault(fault, positions) => {
-                            robot.has_stopped(tick, fault, positions)
-                        }
-                        TraceEvent::Contained(fault, positions) => {
-                            robot.has_contained(tick, fault, positions);
-                        }
-                        TraceEvent::Restart(pause) => robot.has_restarted(pause),
-                        TraceEvent::Unused(unused) => robot.has_missed(unused),
-                        TraceEvent::Overrun(missed) => robot.has_overrun(tick, missed),
-                        TraceEvent::Refused(cause) => return Err(FirmwareFailure::Refused(cause)),
-                    }
-                }
-            }
-            EmulatorEvent::Infrared { payload, .. } => {
-                // Other frames are messages of scripts.
-                let message = payload.as_slice().try_into().ok();
-                let Some(report) = message.and_then(FaultReport::of) else { return Ok(()) };
-                let fault = report.fault.ok_or(FirmwareFailure::Unsuitable)?;
-                let tick = world.now();
-                let robot = world.brain_mut(self.id).expect(IN_WORLD);
-                // The robot repeats each report, so that only a new one counts.
-                if report.is_contained {
-                    robot.has_contained_once(tick, fault);
-                } else if !robot.state().is_faulted() {
-                    robot.has_failed(tick, fault);
-                }
-            }
-            EmulatorEvent::Motion {
-                position_m: [x, y, z],
-                attitude: [qx, qy, qz, qw],
-                crashed,
-                ..
-            } => {
-                // The direction of the body's x axis, seen from above.
-                let ahead = 1.0 - 2.0 * (qy * qy + qz * qz);
-                let left = 2.0 * (qx * qy + qw * qz);
-                let [x, y, z] = [x, y, z].map(|m| (m * 1000.0) as f32);
-                let pose = Pose { x, y, z, heading: left.atan2(ahead) as f32 };
-                world.move_to(self.id, pose).expect(IN_WORLD);
-                if crashed && !std::mem::replace(&mut self.has_crashed, true) {
-                    world.crash_robot(self.id).expect(IN_WORLD);
-                }
-            }
-            EmulatorEvent::Step => {
-                world.brain_mut(self.id).expect(IN_WORLD).has_stepped();
-            }
-            // A cut or a restored power supply is no failure.
-            EmulatorEvent::Reset { cause } if cause == ResetCause::PowerOff.name() => {}
-            EmulatorEvent::Reset { cause } if cause == ResetCause::PowerOn.name() => {
-                self.reader = self.reader.take().map(TraceEventReader::anew);
-            }
-            EmulatorEvent::Reset { cause } => return Err(FirmwareFailure::Reset { cause }),
-            EmulatorEvent::Loader { name } => {
-                return Err(FirmwareFailure::Reset { cause: format!("loader {name}") });
-            }
-            EmulatorEvent::HardwareError { text } => {
-                return Err(FirmwareFailure::Hardware { text });
-            }
-            EmulatorEvent::Lockup { pc } => return Err(FirmwareFailure::Lockup { pc }),
-            EmulatorEvent::Syslink { .. }
-            | EmulatorEvent::P2p { .. }
-            | EmulatorEvent::Radio { .. }
-            | EmulatorEvent::Serial { .. }
-            | EmulatorEvent::PowerOff { .. } => {}
-        }
-        Ok(())
     }
 }

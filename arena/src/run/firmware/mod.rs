@@ -2,6 +2,7 @@
 //! the world.
 
 mod bridge;
+mod emulated;
 mod emulator_pool;
 mod fleet;
 mod fleets;
