@@ -176,6 +176,26 @@ fn keys_without_effect_on_an_image_are_refused() {
     }
 }
 
+/// The project's firmware flies in calm air by poses from outside, and does not avoid other robots.
+#[test]
+fn keys_without_effect_on_firmware_that_flies_are_refused() {
+    let group = "script = \"s.bzz\"\nfirmware = \"good.elf\"\n";
+    for (model, expected) in [
+        ("avoidance = 100", "`avoidance` cannot be had"),
+        ("wind = 100", "`wind` cannot be had"),
+        ("positioning = \"flow\"", "`positioning = \"flow\"` cannot be had"),
+    ] {
+        let model = format!("model = {{ fidelity = \"flight\", {model} }}\n");
+        assert_error(&format!("{group}{model}"), "10:9", &[expected]);
+    }
+    let flight = format!("{group}model = {{ fidelity = \"flight\" }}\n");
+    set_up(&[GROUP, &flight].concat()).unwrap();
+    let event = "[[event]]\nat = 1\nmove = \"all\"\nby = [1, 1]\n";
+    assert_error(&[&flight, event].concat(), "13:8", &["`move` has no effect"]);
+    // On the ground a robot can be moved, and has no air around it.
+    set_up(&[GROUP, group, "model = { avoidance = 100 }\n", event].concat()).unwrap();
+}
+
 #[test]
 fn images_and_doors_need_the_right_robots() {
     let group = "script = \"s.bzz\"\nfirmware = \"good.elf\"\ndoor = 19850\n";

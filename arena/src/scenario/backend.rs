@@ -119,6 +119,10 @@ pub fn of_group(
         }
     }
     let Some(image) = section.get("image") else {
+        let keys = emulation.as_ref().filter(|emulation| emulation.flies());
+        for key in keys.map_or_else(Vec::new, |emulation| emulation.unsupported_in_flight()) {
+            section.get("model").unwrap_or(entry.clone()).fail(ScenarioCause::NotEmulated { key });
+        }
         let image = self::image(section, model, folder, usual)?;
         return Some(Backend::Firmware { image, place: entry.place() });
     };

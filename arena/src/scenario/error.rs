@@ -106,6 +106,8 @@ pub enum ScenarioCause {
     NoImage { path: String, reason: String },
     /// A key without effect on robots that run a foreign image.
     NotWithImage { key: &'static str },
+    /// A movement by hand of robots that fly in their emulator.
+    NotMoved { key: &'static str },
     /// A door at a port that exceeds 16 bits.
     PortsExhausted { last: u32 },
     /// Two robots with doors at one port.
@@ -280,6 +282,9 @@ impl fmt::Display for ScenarioCause {
             }
             ScenarioCause::NotWithImage { key } => {
                 write!(f, "`{key}` has no effect on robots with an `image`")
+            }
+            ScenarioCause::NotMoved { key } => {
+                write!(f, "`{key}` has no effect on robots that fly in their emulator")
             }
             ScenarioCause::PortsExhausted { last } => {
                 write!(f, "the door of the last robot would have port {last}")
@@ -470,7 +475,9 @@ impl toml_reader::Cause for ScenarioCause {
                 "leave out `script`, or leave out `image`: this project's firmware runs scripts"
                     .to_owned(),
             ),
-            ScenarioCause::NotWithImage { key } => Some(format!("leave out `{key}`")),
+            ScenarioCause::NotWithImage { key } | ScenarioCause::NotMoved { key } => {
+                Some(format!("leave out `{key}`"))
+            }
             ScenarioCause::PortsExhausted { .. } => {
                 Some("ports are 1 to 65535; cflib looks for robots at 19850 to 19859".to_owned())
             }

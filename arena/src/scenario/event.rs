@@ -292,7 +292,7 @@ pub fn action(
     if let WorldChange::Move { robots, .. } = &action
         && !robot_index.can_be_moved(robots)
     {
-        entry.fail(ScenarioCause::NotWithImage { key });
+        entry.fail(ScenarioCause::NotMoved { key });
         return None;
     }
     Some(action)

@@ -95,12 +95,18 @@ fn group(
     if let (Some(robot), Some(model), Some(Backend::Vm)) = (&robot, &model, &backend) {
         check_effects(section, robot, &**model);
     }
+    // The emulator moves the bodies of robots that fly in it.
+    let has_flight = |model: &dyn RobotModel| model.emulation().is_some_and(|own| own.flies());
     let is_image = matches!(backend, Some(Backend::Image(_)));
-    // The emulator moves the bodies of such robots.
-    let model = match is_image {
-        true => model.map(|model| Arc::new(HeldRobot::new(model)) as Arc<dyn RobotModel>),
-        false => model,
-    };
+    let flies = matches!(backend, Some(Backend::Firmware { .. }))
+        && model.as_deref().is_some_and(has_flight);
+    let model = model.map(|model| -> Arc<dyn RobotModel> {
+        match (is_image, flies) {
+            (true, _) => Arc::new(HeldRobot::new(model)),
+            (_, true) => Arc::new(HeldRobot::that_crash(model)),
+            _ => model,
+        }
+    });
     let name = name(section, robot.as_ref(), robot_index);
     let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(robot_index.next_id());
     let ids = first_id..first_id + count;
@@ -118,7 +124,7 @@ fn group(
         let limits = |emulation: Arc<dyn Emulation>| EmulatorLimits {
             counts_steps: emulation.counts_steps(),
             has_switch: emulation.has_switch(),
-            can_be_moved: !is_image,
+            can_be_moved: !is_image && !flies,
         };
         robot_index
             .last_is_emulated(model.as_ref().and_then(|model| model.emulation()).map(limits));

@@ -4,14 +4,28 @@ use std::time::Duration;
 
 use bittybuzz_arena::engine::{LinkStatistics, Pose, RobotView};
 use bittybuzz_arena::robot::Emulation;
-use bittybuzz_emulation::message::{BoardStatistics, Command, Deck, RobotStatistics};
+use bittybuzz_arena::robot::RobotModel;
+use bittybuzz_emulation::message::{
+    BoardStatistics, Command, Deck, EmulatorEvent, RobotStatistics,
+};
 use bittybuzz_emulation::{F405, MemoryMap};
+use bittybuzz_flight::pilot::PilotSettings;
 use bittybuzz_robot_spec::{NumberProfile, Robot};
 
-use crate::{CrazyflieModel, Positioning};
+use crate::{CrazyflieModel, Fidelity, Positioning};
 
 /// Time between two positions that the robot receives, as with Lighthouse or Loco.
 const EXCHANGE_PERIOD: Duration = Duration::from_millis(100);
+/// Time between two exchanges of a robot that flies: its range finders measure about 30 times per
+/// second.
+const FLIGHT_EXCHANGE_PERIOD: Duration = Duration::from_millis(25);
+
+/// The type of syslink frames that are packets of CRTP.
+const RADIO_RAW: u8 = 0x00;
+/// A ground station's command to arm, on port 9 and channel 1 of CRTP, and the answer of a robot
+/// that accepts it (crazyflie-firmware, crtp_supervisor.h).
+const ARM: [u8; 3] = [0x9d, 1, 1];
+const ARMED: [u8; 4] = [0x9d, 0x81, 1, 1];
 
 impl Emulation for CrazyflieModel {
     fn program(&self) -> &'static str {
@@ -47,11 +61,49 @@ impl Emulation for CrazyflieModel {
     }
 
     fn exchange_period(&self) -> Duration {
-        EXCHANGE_PERIOD
+        if self.flies() { FLIGHT_EXCHANGE_PERIOD } else { EXCHANGE_PERIOD }
+    }
+
+    fn flies(&self) -> bool {
+        self.fidelity == Fidelity::Flight
+    }
+
+    fn standing_mm(&self) -> f32 {
+        PilotSettings::CRAZYFLIE.standing_m * 1000.0
+    }
+
+    fn unsupported_in_flight(&self) -> Vec<&'static str> {
+        let avoidance = (self.avoidance > 0.0).then_some("avoidance");
+        // By a Flow deck alone the image does not know at which place of the world it begins.
+        let needs_poses = !matches!(self.positioning, Positioning::Absolute { .. });
+        let positioning = needs_poses.then_some("positioning = \"flow\"");
+        let surroundings = self.unusual_surroundings().into_iter().map(|key| key.name);
+        surroundings.chain(avoidance).chain(positioning).collect()
+    }
+
+    fn range_finders(&self) -> Option<Command> {
+        Some(Command::Decks { decks: vec![Deck::ZRangerV2, Deck::MultiRanger] })
+    }
+
+    fn permission(&self) -> Option<Command> {
+        self.armed.then(|| Command::Send { kind: RADIO_RAW, payload: ARM.to_vec() })
+    }
+
+    fn is_permitted(&self, event: &EmulatorEvent) -> bool {
+        matches!(event, EmulatorEvent::Syslink { kind: RADIO_RAW, payload, intact: true }
+            if payload[..] == ARMED)
+    }
+
+    fn ranges(&self, distances_mm: [Option<f32>; 4]) -> Option<Command> {
+        let [front_mm, left_mm, back_mm, right_mm] =
+            distances_mm.map(|distance| distance.map(|mm| mm as u16));
+        let (down_mm, up_mm) = (None, None);
+        Some(Command::Ranges { down_mm, front_mm, back_mm, left_mm, right_mm, up_mm })
     }
 
     fn sense(&self, view: &RobotView, _: u16) -> Option<Command> {
-        let Pose { x, y, z, heading } = view.estimate?;
+        // The source of poses of a robot that flies is in its emulator.
+        let Pose { x, y, z, heading } = view.estimate.filter(|_| !self.flies())?;
         Some(Command::Pose { x_mm: x, y_mm: y, z_mm: z, yaw_degrees: heading.to_degrees() })
     }
 
@@ -105,6 +157,14 @@ mod tests {
         assert_eq!([*x_mm, *y_mm], [100.0, -50.0]);
         let poses = (*pose_ms, *pose_noise_mm, (*pose_noise_degrees).to_radians());
         (commands, poses)
+    }
+
+    #[test]
+    fn a_person_permits_only_armed_robots() {
+        let flying = CrazyflieModel { fidelity: Fidelity::Flight, ..CrazyflieModel::STANDARD };
+        assert_eq!(flying.unsupported_in_flight(), Vec::<&str>::new());
+        assert!(flying.permission().is_none());
+        assert!(CrazyflieModel { armed: true, ..flying }.permission().is_some());
     }
 
     #[test]
