@@ -18,6 +18,7 @@ mod ear;
 mod failures;
 mod figures;
 mod flight;
+mod flight_examples;
 mod forged;
 mod image_flights;
 mod images;

@@ -5,6 +5,7 @@ mod convergence;
 mod corpus;
 mod day;
 mod evidence;
+mod examples;
 mod executions;
 mod flights;
 mod fuzz;
@@ -77,6 +78,7 @@ const PARTS: &[Part] = &[
     },
     Part { name: "corpus", items: corpus::items, run: corpus::run, made_of: corpus::MADE_OF },
     Part { name: "day", items: day::items, run: day::run, made_of: SIMULATION },
+    Part { name: "examples", items: examples::items, run: examples::run, made_of: ALL },
     Part { name: "flights", items: flights::items, run: flights::run, made_of: flights::MADE_OF },
     // Each target has a count of executions of its own, until the files change that it exercises.
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run, made_of: ALL },

@@ -1,0 +1,84 @@
+//! The examples of flights on the robots' own image: what their scenarios expect comes true there as in virtual machines.
+
+use std::sync::Arc;
+
+use bittybuzz_arena::run::{Program, Setup, Simulation};
+use bittybuzz_arena::scenario::Scenario;
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
+use bittybuzz_hil::{Core, crazyflie};
+use bittybuzz_tests::{bbz, files};
+
+/// The least distance between the middles of two robots in flight, in mm.
+const APART_MM: f32 = 300.0;
+
+/// Runs an example with the image, and returns the least distance in mm between two robots in the air.
+fn fly(path: &str) -> f32 {
+    let set = [
+        "robots.0.backend=firmware".to_owned(),
+        format!("robots.0.firmware={}", crazyflie().display()),
+    ];
+    let scenario = Scenario::open(&bbz::root().join(path), &set, &bittybuzz_robot_models::all())
+        .unwrap_or_else(|errors| panic!("{path}: {errors:#?}"));
+    let programs: Vec<Program> = scenario.groups.iter().map(program).collect();
+    let setup = Setup::new(scenario, programs).unwrap();
+    let setup = setup.emulated_by("crazyflie", Core::Unicorn.program().to_owned());
+    let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
+    let mut least_mm = f32::INFINITY;
+    while !simulation.is_over() {
+        simulation.tick().unwrap_or_else(|error| panic!("{path}: {error}"));
+        least_mm = least_mm.min(least_distance_mm(&simulation));
+    }
+    let summary = simulation.summary();
+    assert!(summary.is_success(), "{path}: {:#?}", summary.convergences);
+    least_mm
+}
+
+fn program(group: &bittybuzz_arena::scenario::Group) -> Program {
+    let options = Options {
+        robot: Some(group.robot.clone()),
+        robots: bittybuzz_robot_files::all_shipped(),
+        ..Options::default()
+    };
+    let script = group.script.as_ref().unwrap();
+    let text = std::fs::read_to_string(script).unwrap();
+    let compiled = compile(script, text, &IncludeLoader::new(&DiskFiles), &options);
+    let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
+    Program { image, symbols: compiled.symbols, sources: Arc::new(compiled.sources) }
+}
+
+fn least_distance_mm(simulation: &Simulation) -> f32 {
+    let poses = (0..simulation.robot_count()).map(|number| simulation.view(number).unwrap().pose);
+    let fliers: Vec<_> = poses.filter(|pose| pose.z > 100.0).collect();
+    let pairs = fliers.iter().enumerate().flat_map(|(number, one)| {
+        let others = fliers[..number].iter();
+        others.map(|other| {
+            let [x, y, z] = [one.x - other.x, one.y - other.y, one.z - other.z];
+            (x * x + y * y + z * z).sqrt()
+        })
+    });
+    pairs.fold(f32::INFINITY, f32::min)
+}
+
+/// One robot that stays over its place, and one that flies from place to place. More robots take too
+/// long for every run.
+#[test]
+fn examples_fly_on_the_image() {
+    for name in ["hover", "square"] {
+        let least_mm = fly(&format!("examples/flight/{name}.toml"));
+        assert!(least_mm > APART_MM, "{name}: {least_mm} mm");
+    }
+}
+
+/// `cargo xtask soak examples` runs it.
+#[test]
+#[ignore = "soak"]
+fn all_examples_fly_on_the_image() {
+    let paths = files::with_extension("examples/flight", "toml");
+    assert!(paths.len() >= 8, "{paths:?}");
+    for path in paths {
+        let least_mm = fly(&path);
+        println!("{path}: {least_mm:.0} mm");
+        assert!(least_mm > APART_MM, "{path}: {least_mm} mm");
+    }
+}
