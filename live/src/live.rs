@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use bittybuzz_arena::engine::Pose;
 use bittybuzz_arena::output::recorder;
 use bittybuzz_arena::run::{Session, TICKS_PER_SECOND, Verdict};
 use bittybuzz_arena::scenario::{Quantity, ScenarioCause, ScenarioError};
@@ -491,6 +492,7 @@ impl Live {
             fault: last.map(describe),
             at_fault: last.and_then(|last| last.content.as_deref()).map(content),
             battery_mv: run.battery_mv(robot),
+            estimate: run.view(robot).and_then(|view| view.estimate).map(place),
         };
         self.events.push(PageEvent::Inspection(Box::new(event)));
     }
@@ -502,6 +504,11 @@ impl Live {
     fn refuse(&mut self, text: &str, help: Option<String>) {
         self.events.push(PageEvent::refused(text, help));
     }
+}
+
+/// Returns the place of a pose in mm.
+fn place(pose: Pose) -> [f64; 3] {
+    [pose.x, pose.y, pose.z].map(f64::from)
 }
 
 impl Source for Live {

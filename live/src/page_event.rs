@@ -398,6 +398,8 @@ pub struct InspectionEvent {
     /// an emulator.
     pub at_fault: Option<MemoryDescription>,
     pub battery_mv: Option<u16>,
+    /// The place in mm at which the robot believes to be; an emulated one reports it by radio.
+    pub estimate: Option<[f64; 3]>,
 }
 
 /// Messages by their fate. Each is the number of the sender and that of the receiver.

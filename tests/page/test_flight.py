@@ -79,3 +79,15 @@ def test_wind_latency_and_wrong_poses_are_shown(page):
     # The way back takes the errors back.
     go(page, 5)
     expect(poses(page)).to_have_count(0)
+
+
+def test_the_panel_shows_where_the_robot_believes_to_be(page):
+    page.locator("#canvas").press("n")
+    go(page, 20)
+    facts = page.locator("#robot dt")
+    expect(facts.filter(has_text="Its estimate")).to_have_count(1)
+    # Its poses are displaced by 200 mm and 50 mm, which the filter does not follow at once.
+    shown = page.locator("#robot dd", has_text="mm away")
+    expect(shown).to_have_text(re.compile(r"^-?\d+, -?\d+, -?\d+ mm \(\d+ mm away\)$"))
+    far = int(re.search(r"\((\d+) mm away", shown.inner_text())[1])
+    assert far < 250

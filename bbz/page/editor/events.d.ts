@@ -297,7 +297,11 @@ fault: FaultEvent | null,
  * The memory at that fault, which the robot has forgotten since; `null` if the machine runs in
  * an emulator.
  */
-at_fault: MemoryDescription | null, battery_mv: number | null, };
+at_fault: MemoryDescription | null, battery_mv: number | null, 
+/**
+ * The place in mm at which the robot believes to be; an emulated one reports it by radio.
+ */
+estimate: [number, number, number] | null, };
 
 export type LightDescription = { 
 /**

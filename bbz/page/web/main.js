@@ -210,6 +210,7 @@ const handlers = {
         panel.inspect(event);
         if (event.robot === view.chosen) {
             const senders = new Set(panel.neighbors);
+            view.estimate = event.estimate;
             view.neighbors = robots.ids.flatMap((id, number) => (senders.has(id) ? [number] : []));
             view.changed();
         }

@@ -137,6 +137,11 @@ export class RobotPanel {
             ...(world.recording ? [] : [row(texts.group, `${group.name} (${group.robot})`), row(texts.script, group.script ?? "")]),
             ...(world.watched ? [] : [row(texts.place, texts.placeOf(x, y, z, degrees))]),
         ];
+        const estimate = this.inspection?.estimate ?? null;
+        if (estimate !== null && !world.watched) {
+            const away = Math.hypot(...estimate.map((mm, axis) => mm - [x, y, z][axis]));
+            rows.push(row(texts.estimate, texts.estimateOf(...estimate, away)));
+        }
         const battery = this.inspection?.battery_mv ?? null;
         if (battery !== null) {
             rows.push(row(texts.battery, texts.volts(battery)));

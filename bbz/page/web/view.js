@@ -61,6 +61,9 @@ export class View {
         // Numbers of the robots from which the chosen one has received messages.
         /** @type {number[]} */
         this.neighbors = [];
+        // The place at which the chosen robot believes to be.
+        /** @type {[number, number, number] | null} */
+        this.estimate = null;
         /** @type {SpacePlace[]} */
         this.trail = [];
         this.hasTrails = false;
@@ -157,6 +160,7 @@ export class View {
     choose(robot) {
         this.chosen = robot;
         this.neighbors = [];
+        this.estimate = null;
         this.trail = [];
         this.changed();
     }
@@ -351,6 +355,21 @@ export class View {
         if (this.chosen !== null && robots.isThere[this.chosen]) {
             const size = Math.max(this.radii[this.chosen], 4 / this.camera.scale) * 1.15;
             this.ring(this.chosen, size, colors.chosen);
+            this.drawEstimate(this.chosen, size, fade(colors.chosen, 0.6));
+        }
+    }
+
+    // A line and a ring show where the robot believes to be.
+    /**
+     * @param {number} robot
+     * @param {number} size
+     * @param {Color} color
+     */
+    drawEstimate(robot, size, color) {
+        if (this.estimate !== null) {
+            const [x, y, z] = this.estimate;
+            this.scene.addLine(this.placeOf(robot), [x, y], 0, color, 1, z);
+            this.scene.add(x, y, size * 0.6, size * 0.6, 0, SHAPES.ring, color, z);
         }
     }
 
