@@ -85,7 +85,7 @@ def test_the_panel_shows_where_the_robot_believes_to_be(page):
     page.locator("#canvas").press("n")
     go(page, 20)
     facts = page.locator("#robot dt")
-    expect(facts.filter(has_text="Its estimate")).to_have_count(1)
+    expect(facts.filter(has_text="Estimate")).to_have_count(1)
     # Its poses are displaced by 200 mm and 50 mm, which the filter does not follow at once.
     shown = page.locator("#robot dd", has_text="mm away")
     expect(shown).to_have_text(re.compile(r"^-?\d+, -?\d+, -?\d+ mm \(\d+ mm away\)$"))

@@ -63,7 +63,7 @@ export const texts = {
     state: "State", states: ["running", "stopped", "failed", "stopped by an error"],
     group: "Group", script: "Script", place: "Place", memory: "Memory",
     placeOf: (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ z, /** @type {number} */ degrees) => `(${x.toFixed(1)}, ${y.toFixed(1)}${z ? `, ${z.toFixed(1)}` : ""}) mm, ${degrees.toFixed(0)}°`,
-    estimate: "Its estimate",
+    estimate: "Estimate",
     /** @type {(x: number, y: number, z: number, away: number) => string} */
     estimateOf: (x, y, z, away) => `${x.toFixed(0)}, ${y.toFixed(0)}, ${z.toFixed(0)} mm (${away.toFixed(0)} mm away)`,
     battery: "Battery", volts: (/** @type {number} */ millivolts) => `${(millivolts / 1000).toFixed(2)} V`,
