@@ -34,6 +34,7 @@ extern crate std;
 pub mod arbiter;
 pub mod avoidance;
 pub mod blind;
+mod bounds;
 pub mod calibration;
 pub mod ekf;
 pub mod filter;

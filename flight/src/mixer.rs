@@ -15,6 +15,7 @@
 
 use glam::Vec3;
 
+use crate::bounds::{at_least, at_most, within};
 use crate::{MotorForces, Vehicle, Wrench};
 
 /// Signs of the torque about x that the thrust of motors 1 to 4 gives.
@@ -69,7 +70,7 @@ impl Mixer {
     /// pitch. A number that is not more than 0 is ignored.
     pub fn limit_thrust_n(&mut self, available_n: f32) {
         if available_n > 0.0 {
-            self.most_thrust_n = self.vehicle_thrust_n.min(available_n);
+            self.most_thrust_n = at_most(available_n, self.vehicle_thrust_n);
         }
     }
 
@@ -100,7 +101,7 @@ impl Mixer {
         // of motors 1 and 3 is lift − yaw and must lie `falling` away from the limits; that of
         // motors 2 and 4 is lift + yaw and must lie `rising` away.
         let (falling, rising) = ((roll + pitch).abs(), (roll - pitch).abs());
-        let reach = falling.max(rising);
+        let reach = at_least(falling, rising);
         if !(lift.is_finite() && reach.is_finite() && yaw.is_finite()) {
             return MixerOutcome { is_refused: true, ..MixerOutcome::default() };
         }
@@ -108,18 +109,16 @@ impl Mixer {
         let (falling, rising) = (share * falling, share * rising);
 
         let margin = (falling + rising) / 2.0;
-        let possible_lift = lift.max(margin).min(most - margin);
-        let least_yaw = (possible_lift + falling - most).max(rising - possible_lift);
-        let most_yaw = (possible_lift - falling).min(most - rising - possible_lift);
-        let possible_yaw = yaw.max(least_yaw).min(most_yaw);
+        let possible_lift = within(lift, margin, most - margin);
+        let least_yaw = at_least(possible_lift + falling - most, rising - possible_lift);
+        let most_yaw = at_most(possible_lift - falling, most - rising - possible_lift);
+        let possible_yaw = within(yaw, least_yaw, most_yaw);
 
         let mut forces = MotorForces([0.0; 4]);
-        for (((force, roll_sign), pitch_sign), yaw_sign) in
-            forces.0.iter_mut().zip(ROLL_SIGNS).zip(PITCH_SIGNS).zip(YAW_SIGNS)
-        {
-            let tilt = share * (roll_sign * roll + pitch_sign * pitch);
+        for (motor, force) in forces.0.iter_mut().enumerate() {
+            let tilt = share * (ROLL_SIGNS[motor] * roll + PITCH_SIGNS[motor] * pitch);
             // The limits only remove rounding here.
-            *force = (possible_lift + tilt + yaw_sign * possible_yaw).max(0.0).min(most);
+            *force = within(possible_lift + tilt + YAW_SIGNS[motor] * possible_yaw, 0.0, most);
         }
         MixerOutcome {
             forces,

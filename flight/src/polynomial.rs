@@ -14,6 +14,7 @@
 //! chapter 4), so a test of few points proves a limit for the whole interval. The interval is
 //! divided into [`HULLS`] parts, as the hull of a part is closer to its values.
 
+use crate::bounds::within;
 use core::ops::{Add, Mul, Sub};
 use glam::Vec3;
 
@@ -156,7 +157,7 @@ impl<V: Coordinate> Polynomial<V> {
     pub fn at(&self, time_s: f32) -> [V; DERIVATIVE_MAX + 1] {
         let rate = 2.0 / self.duration_s;
         // `max` and `min` also turn a time that is not a number into 0.
-        let z = time_s.max(0.0).min(self.duration_s) * rate - 1.0;
+        let z = within(time_s, 0.0, self.duration_s) * rate - 1.0;
         // Horner's scheme; each row divides the row above by (x - z) once more, which leaves the
         // derivatives over their factorials.
         let mut rows = [V::ZERO; DERIVATIVE_MAX + 1];

@@ -229,11 +229,9 @@ impl StateCovariance {
         let mut product = [0.0; STATES];
         for &(index, weight) in row {
             let Some(own) = self.entries.get(index) else { continue };
-            for (value, other) in product.iter_mut().zip(&self.entries).take(index) {
-                *value += weight * entry(other, index);
-            }
-            for (value, covariance) in product.iter_mut().zip(own).skip(index) {
-                *value += weight * covariance;
+            for (i, value) in product.iter_mut().enumerate() {
+                // Only the entries on and right of the diagonal hold.
+                *value += weight * if i < index { entry(&self.entries[i], index) } else { own[i] };
             }
         }
         let variance = dot(row, &product);

@@ -29,6 +29,7 @@ mod tests;
 
 use glam::{Mat3, Quat, Vec3};
 
+use crate::bounds::{at_least, at_most, within};
 use crate::mixer::MixerOutcome;
 use crate::{FlightState, GRAVITY_M_S2, Reference, Vehicle, Wrench};
 use flatness::{AttitudeMotion, attitude_motion};
@@ -67,6 +68,8 @@ pub struct GeometricController {
     mass_kg: f32,
     inertia_kg_m2: Vec3,
     settings: GeometricSettings,
+    /// Largest horizontal lift per vertical lift; infinite without a limit.
+    most_slope: f32,
     /// Acceleration by the integral of position in m/s².
     lift_integral_m_s2: Vec3,
     /// Angular acceleration by the integral of attitude in rad/s².
@@ -80,10 +83,11 @@ pub struct GeometricController {
 
 impl GeometricController {
     /// Creates a controller with empty integrals.
-    pub const fn new(vehicle: &Vehicle, settings: GeometricSettings) -> Self {
+    pub fn new(vehicle: &Vehicle, settings: GeometricSettings) -> Self {
         GeometricController {
             mass_kg: vehicle.mass_kg,
             inertia_kg_m2: vehicle.inertia_kg_m2,
+            most_slope: most_slope(&settings),
             settings,
             lift_integral_m_s2: Vec3::ZERO,
             torque_integral_rad_s2: Vec3::ZERO,
@@ -119,7 +123,7 @@ impl GeometricController {
         let extra = thrust_n / self.mass_kg - GRAVITY_M_S2;
         if extra.is_finite() {
             let limit = self.settings.integral_limit_m_s2.z;
-            self.lift_integral_m_s2.z = extra.max(-limit).min(limit);
+            self.lift_integral_m_s2.z = within(extra, -limit, limit);
         }
     }
 
@@ -156,7 +160,7 @@ impl GeometricController {
         let feedback =
             settings.position_1_s2 * position_error + settings.velocity_1_s * velocity_error;
         let wanted = planned + feedback + self.lift_integral_m_s2;
-        let lift = limit_lift(&settings, wanted);
+        let lift = limit_lift(&settings, self.most_slope, wanted);
         let charge = settings.position_integral_1_s3 * position_error
             + settings.velocity_integral_1_s2 * velocity_error;
         let followed = lift - planned - self.lift_integral_m_s2;
@@ -229,7 +233,7 @@ impl GeometricController {
             settings.integral_limit_rad_s2,
             is_cut,
         );
-        let swing_rad_s = (rate_error.truncate().length() - SWING_RAD_S).max(0.0);
+        let swing_rad_s = at_least(rate_error.truncate().length() - SWING_RAD_S, 0.0);
         let growth = 1.0 + settings.swing_growth_s * swing_rad_s;
         let feedback = settings.attitude_1_s2 * attitude_error
             + settings.rate_1_s * rate_error * growth
@@ -256,7 +260,7 @@ fn charged(integral: Vec3, charge: Vec3, limit: Vec3, is_cut: [bool; 3]) -> Vec3
     for (((part, charge), limit), is_cut) in
         parts.iter_mut().zip(charge.to_array()).zip(limit.to_array()).zip(is_cut)
     {
-        let next = (*part + charge).max(-limit).min(limit);
+        let next = within(*part + charge, -limit, limit);
         if next.is_finite() && !(is_cut && next.abs() > part.abs()) {
             *part = next;
         }
@@ -273,17 +277,23 @@ fn followed_share(followed: Vec3, wanted: Vec3) -> Vec3 {
     Vec3::new(part(followed.x, wanted.x), part(followed.y, wanted.y), part(followed.z, wanted.z))
 }
 
+/// Returns the largest horizontal lift per vertical lift that the tilt allows.
+fn most_slope(settings: &GeometricSettings) -> f32 {
+    let is_limited = settings.most_tilt_rad < core::f32::consts::FRAC_PI_2;
+    if is_limited { libm::tanf(settings.most_tilt_rad) } else { f32::INFINITY }
+}
+
 /// Returns the lift within the limits: the vertical part comes first, because height is safety.
-fn limit_lift(settings: &GeometricSettings, lift: Vec3) -> Vec3 {
-    let vertical = lift.z.max(settings.least_lift_m_s2).min(settings.most_lift_m_s2);
+fn limit_lift(settings: &GeometricSettings, most_slope: f32, lift: Vec3) -> Vec3 {
+    let vertical = within(lift.z, settings.least_lift_m_s2, settings.most_lift_m_s2);
     let horizontal = lift.truncate();
     let mut most = f32::INFINITY;
-    if settings.most_tilt_rad < core::f32::consts::FRAC_PI_2 {
-        most = vertical.max(0.0) * libm::tanf(settings.most_tilt_rad);
+    if most_slope.is_finite() {
+        most = at_least(vertical, 0.0) * most_slope;
     }
     if settings.most_lift_m_s2.is_finite() {
         let rest = settings.most_lift_m_s2 * settings.most_lift_m_s2 - vertical * vertical;
-        most = most.min(libm::sqrtf(rest.max(0.0)));
+        most = at_most(libm::sqrtf(at_least(rest, 0.0)), most);
     }
     let length = horizontal.length();
     let scale = if length > most { most / length } else { 1.0 };
@@ -298,7 +308,7 @@ fn near_yaw(attitude: Mat3, yaw_rad: f32, most_error_rad: f32) -> f32 {
     let ahead = attitude.x_axis;
     let (sin, cos) = libm::sincosf(yaw_rad);
     let error = libm::atan2f(sin * ahead.x - cos * ahead.y, cos * ahead.x + sin * ahead.y);
-    yaw_rad - error + error.max(-most_error_rad).min(most_error_rad)
+    yaw_rad - error + within(error, -most_error_rad, most_error_rad)
 }
 
 /// Returns the rotation of a state, or nothing if the state is not finite.

@@ -149,7 +149,7 @@ proptest! {
     #[test]
     fn limits_of_the_lift_hold(wanted in any_vec3(60.0)) {
         let settings = GeometricSettings::CRAZYFLIE_2_1_PLUS;
-        let lift = limit_lift(&settings, wanted);
+        let lift = limit_lift(&settings, most_slope(&settings), wanted);
         prop_assert!(lift.z >= settings.least_lift_m_s2);
         prop_assert!(lift.length() <= settings.most_lift_m_s2 * 1.0001);
         prop_assert!(lift.angle_between(Vec3::Z) <= settings.most_tilt_rad + 1e-3);

@@ -1,5 +1,6 @@
 //! Thrust by voltage, and duty by the voltage of the battery.
 
+use crate::bounds::{at_least, at_most};
 use crate::{MotorDuties, MotorForces, Vehicle};
 
 /// Iterations of Newton's method, at most. Six are enough over the range of the vehicles.
@@ -17,25 +18,31 @@ pub fn steady_thrust_n(vehicle: &Vehicle, voltage_v: f32) -> f32 {
     (c0 + voltage_v * (c1 + voltage_v * (c2 + voltage_v * c3))).max(0.0)
 }
 
+/// Returns the voltage in V from which on the thrust bends to the other side, 0 or more.
+const fn inflection_v(vehicle: &Vehicle) -> f32 {
+    let [_, _, c2, c3] = vehicle.thrust_n_v;
+    let inflection = -c2 / (3.0 * c3);
+    if inflection.is_finite() { at_least(inflection, 0.0) } else { 0.0 }
+}
+
 /// Returns the voltage in V that gives the thrust in N, the inverse of [`steady_thrust_n`].
 ///
 /// A thrust of zero or less, or one that is not finite, needs no voltage. The polynomial must grow
 /// with the voltage, as it does for the vehicles of this crate.
 ///
-/// Newton's method starts at `near_v`, but not beyond the inflection point of the cubic as seen from
-/// the root. The first step therefore goes past the root or hits it, to the side where the cubic bends
-/// away from the axis, and from there the method approaches the root monotonically (Fourier's
-/// condition). Near the root, two or three steps are enough.
-fn voltage_v(vehicle: &Vehicle, thrust_n: f32, near_v: f32) -> f32 {
+/// Newton's method starts at `near_v`, but not beyond the [inflection point](inflection_v) of the
+/// cubic as seen from the root. The first step therefore goes past the root or hits it, to the side
+/// where the cubic bends away from the axis, and from there the method approaches the root
+/// monotonically (Fourier's condition). Near the root, two or three steps are enough.
+fn voltage_v(vehicle: &Vehicle, inflection_v: f32, thrust_n: f32, near_v: f32) -> f32 {
     if !(thrust_n.is_finite() && thrust_n > 0.0) {
         return 0.0;
     }
     let [c0, c1, c2, c3] = vehicle.thrust_n_v;
     let excess_n = |voltage: f32| c0 + voltage * (c1 + voltage * (c2 + voltage * c3)) - thrust_n;
-    let inflection = -c2 / (3.0 * c3);
-    let inflection = if inflection.is_finite() { inflection.max(0.0) } else { 0.0 };
-    let is_above = excess_n(inflection) < 0.0;
-    let mut voltage = if is_above { near_v.max(inflection) } else { near_v.min(inflection) };
+    let is_above = excess_n(inflection_v) < 0.0;
+    let mut voltage =
+        if is_above { at_least(near_v, inflection_v) } else { at_most(near_v, inflection_v) };
     for _ in 0..ITERATIONS_MAX {
         let value = excess_n(voltage);
         let slope = c1 + voltage * (2.0 * c2 + voltage * 3.0 * c3);
@@ -56,6 +63,8 @@ fn voltage_v(vehicle: &Vehicle, thrust_n: f32, near_v: f32) -> f32 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryCompensation {
     vehicle: Vehicle,
+    /// Voltage of the inflection point of the thrust, see [`inflection_v`].
+    inflection_v: f32,
     battery_v: Option<f32>,
     /// Last voltage of each motor, next to which the next one is searched.
     voltages_v: [f32; 4],
@@ -70,7 +79,12 @@ impl BatteryCompensation {
 
     /// Creates a compensation without a measurement; duties are zero until the first one.
     pub const fn new(vehicle: &Vehicle) -> Self {
-        BatteryCompensation { vehicle: *vehicle, battery_v: None, voltages_v: [0.0; 4] }
+        BatteryCompensation {
+            vehicle: *vehicle,
+            inflection_v: inflection_v(vehicle),
+            battery_v: None,
+            voltages_v: [0.0; 4],
+        }
     }
 
     /// Takes a measurement in V; `dt_s` is the time since the last one.
@@ -118,11 +132,11 @@ impl BatteryCompensation {
             return MotorDuties::default();
         }
         let mut duties = MotorDuties::default();
-        let motors = duties.0.iter_mut().zip(&mut self.voltages_v).zip(forces.0);
-        for ((duty, voltage), force) in motors {
+        for (motor, duty) in duties.0.iter_mut().enumerate() {
+            let (force, voltage) = (forces.0[motor], &mut self.voltages_v[motor]);
             if force >= self.vehicle.least_thrust_n {
-                *voltage = voltage_v(&self.vehicle, force, *voltage);
-                *duty = (*voltage / battery_v).min(1.0);
+                *voltage = voltage_v(&self.vehicle, self.inflection_v, force, *voltage);
+                *duty = at_most(*voltage / battery_v, 1.0);
             }
         }
         duties
@@ -167,7 +181,7 @@ mod tests {
         fn inverse_agrees_with_bisection(share in 0.0_f32..1.0, near in 0.0_f32..20.0) {
             for vehicle in VEHICLES {
                 let thrust = vehicle.least_thrust_n + share * vehicle.most_thrust_n * 2.0;
-                let voltage = voltage_v(&vehicle, thrust, near);
+                let voltage = voltage_v(&vehicle, inflection_v(&vehicle), thrust, near);
                 let expected = voltage_by_bisection(&vehicle, thrust);
                 prop_assert!((f64::from(voltage) - expected).abs() < 3e-6 * expected);
                 prop_assert!((steady_thrust_n(&vehicle, voltage) - thrust).abs() < 1e-6);

@@ -6,6 +6,7 @@
 //! Falanga & Scaramuzza 2017). No rotor of this kind reports its speed, so f is the
 //! state of the same model. An error of τ leaves a slow part of the response, not an error at rest.
 
+use crate::bounds::{at_least, at_most, within};
 use crate::{MotorForces, Vehicle};
 
 /// Longest step in seconds that the model follows.
@@ -64,8 +65,8 @@ impl LagCompensation {
     pub fn update(&mut self, desired: &MotorForces, available_n: f32, dt_s: f32) -> MotorForces {
         let desired = desired.0.map(|force| if force.is_finite() { force } else { 0.0 });
         let is_stopped = desired.iter().all(|force| *force <= 0.0);
-        let most = self.most_thrust_n.min(available_n.max(0.0));
-        let least = self.least_thrust_n.min(most);
+        let most = at_most(self.most_thrust_n, at_least(available_n, 0.0));
+        let least = at_most(self.least_thrust_n, most);
         let dt_s = if dt_s.is_finite() { dt_s.clamp(0.0, STEP_S_MAX) } else { 0.0 };
         // The exponentials of the next steps are those of this one, as long as steps are equal.
         if dt_s != self.approach.dt_s {
@@ -73,21 +74,20 @@ impl LagCompensation {
             let (up, down) = (share(self.spin_up_s), share(self.spin_down_s));
             self.approach = Approach { dt_s, up, down };
         }
-        let mut command = [0.0; 4];
-        for ((command, thrust), desired) in
-            command.iter_mut().zip(self.thrust_n.iter_mut()).zip(desired)
-        {
-            let difference = desired - *thrust;
+        let mut commands = [0.0; 4];
+        for (motor, command) in commands.iter_mut().enumerate() {
+            let thrust = &mut self.thrust_n[motor];
+            let difference = desired[motor] - *thrust;
             let lag_s = if difference > 0.0 { self.spin_up_s } else { self.spin_down_s };
             // A rotor that is faster than wanted needs no compensation.
-            let lead = (lag_s / self.wanted_s).max(1.0);
+            let lead = at_least(lag_s / self.wanted_s, 1.0);
             if !is_stopped {
-                *command = (*thrust + difference * lead).max(least).min(most);
+                *command = within(*thrust + difference * lead, least, most);
             }
             let share = if *command > *thrust { self.approach.up } else { self.approach.down };
             *thrust += (*command - *thrust) * share;
         }
-        MotorForces(command)
+        MotorForces(commands)
     }
 }
 

@@ -285,8 +285,8 @@ impl FlightStack {
     ) -> Result<PlanReport, FlightRefusal> {
         self.require_flight()?;
         let state = self.filter.state();
-        self.start_in_air(&state)?;
         let now_s = self.now_s();
+        self.start_in_air(&state, now_s)?;
         let report = command(self.able_planner()?, now_s)?;
         self.desk.note_plan();
         self.guide(Guidance::Plan);

@@ -32,8 +32,11 @@ const TOUCHDOWN_MS: u32 = 300;
 
 impl FlightStack {
     /// Starts the planner of a robot that has no plan: from its motion in the air, else with a take-off.
-    pub(super) fn start_in_air(&mut self, state: &FlightState) -> Result<(), PlanError> {
-        let now_s = self.now_s();
+    pub(super) fn start_in_air(
+        &mut self,
+        state: &FlightState,
+        now_s: f64,
+    ) -> Result<(), PlanError> {
         let (is_in_air, present) = (self.is_flying(), self.present(state));
         let planner = self.planner.as_mut().ok_or(PlanError::Limits)?;
         if planner.is_idle() && is_in_air {
@@ -106,15 +109,14 @@ impl FlightStack {
     }
 
     /// Passes a new velocity to the planner, and starts it if it has no plan.
-    fn plan(&mut self, state: &FlightState) {
-        let now_s = self.now_s();
+    fn plan(&mut self, state: &FlightState, now_s: f64) {
         let is_climbing = match self.guidance {
             Guidance::Velocity { velocity, .. } => velocity.velocity_m_s.z > 0.0,
             Guidance::Plan => false,
             _ => return,
         };
         let is_in_air = self.stage() == SupervisorStage::Flying && !self.has_touched_down;
-        if (is_in_air || is_climbing) && self.start_in_air(state).is_ok() {
+        if (is_in_air || is_climbing) && self.start_in_air(state, now_s).is_ok() {
             self.has_touched_down = false;
         }
         if let Guidance::Velocity { velocity, is_new: true } = self.guidance
@@ -135,10 +137,10 @@ impl FlightStack {
             Guidance::Attitude { .. } if self.permission == MotorPermission::Follow => return None,
             _ => {}
         }
-        if self.permission == MotorPermission::Follow {
-            self.plan(state);
-        }
         let now_s = self.now_s();
+        if self.permission == MotorPermission::Follow {
+            self.plan(state, now_s);
+        }
         let mut reference = self.planner.as_mut()?.reference(now_s)?;
         self.settle(state, &mut reference, dt_s);
         Some(reference)

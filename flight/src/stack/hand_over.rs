@@ -18,6 +18,9 @@
 use super::{FlightStack, StackSettings};
 use crate::supervisor::{MotorPermission, PilotRequests};
 
+/// Ticks after which the owner renews the copy, even if nothing was commanded.
+pub const COPY_TICKS: u32 = 20;
+
 /// Time in ms after which a tick makes a plan that is due itself.
 const PLAN_LATE_MS: u64 = 50;
 
@@ -138,7 +141,7 @@ impl FlightStack {
         let state = self.filter.state();
         let (now_s, ground_m) = (self.now_s(), self.ground_m);
         // Without a plan to land from the robot sinks. A planner that lands already goes on.
-        let _ = self.start_in_air(&state);
+        let _ = self.start_in_air(&state, now_s);
         if let Some(planner) = &mut self.planner {
             let _ = planner.land(now_s, ground_m, None);
         }

@@ -45,6 +45,7 @@ use glam::{Quat, Vec3};
 
 pub(crate) use command::CLEARANCE_M;
 pub use command::{AttitudeCommand, FlightRefusal, TRAJECTORY_PIECES};
+pub use hand_over::COPY_TICKS;
 pub use settings::StackSettings;
 
 use command::Guidance;
