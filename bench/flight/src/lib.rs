@@ -13,6 +13,9 @@
 //! the robot file: it takes off, flies with changing velocities, and falls silent, so that the
 //! supervisor lands it. Ten other robots report their positions ten times per second, near enough
 //! that the collision avoidance of the [pilot](bittybuzz_flight::pilot) limits the velocity.
+//!
+//! As in a Crazyflie's firmware, commands and plans are made on a copy of the controller
+//! ([`FlightStack::plan_elsewhere`]), from which the controller takes them between two ticks.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -29,7 +32,7 @@ use bittybuzz_flight::avoidance::{
 use bittybuzz_flight::pilot::{
     PEERS, Pilot, PilotAnswer, PilotFunction, PilotMoment, PilotSettings,
 };
-use bittybuzz_flight::stack::{FlightStack, StackSettings};
+use bittybuzz_flight::stack::{COPY_TICKS, FlightStack, StackSettings};
 use bittybuzz_flight::{MotorDuties, Vec2, Vec3};
 
 use drone::SimpleDrone;
@@ -87,7 +90,7 @@ pub enum FlightSensors {
 pub enum FlightTask {
     /// Nothing: the cost of the marks.
     Nothing = 0,
-    /// `FlightStack::tick`, the last task of each ms.
+    /// `FlightStack::tick`.
     Tick = 1,
     /// `FlightStack::receive_pose`.
     Pose = 2,
@@ -99,11 +102,15 @@ pub enum FlightTask {
     PeerReport = 5,
     /// `Pilot::call` and `Pilot::tick`.
     Command = 6,
+    /// `FlightStack::take_commands`, and a new copy of the controller: the last task of each ms.
+    HandOver = 7,
+    /// `FlightStack::plan_what_is_due` on the copy.
+    Plan = 8,
 }
 
 impl FlightTask {
     /// All tasks.
-    pub const ALL: [FlightTask; 7] = [
+    pub const ALL: [FlightTask; 9] = [
         FlightTask::Nothing,
         FlightTask::Tick,
         FlightTask::Pose,
@@ -111,13 +118,25 @@ impl FlightTask {
         FlightTask::Range,
         FlightTask::PeerReport,
         FlightTask::Command,
+        FlightTask::HandOver,
+        FlightTask::Plan,
     ];
+
+    /// Returns true for work on the copy, which a sample of the inertial sensors interrupts.
+    #[must_use]
+    pub const fn is_elsewhere(self) -> bool {
+        matches!(self, FlightTask::PeerReport | FlightTask::Command | FlightTask::Plan)
+    }
 }
 
 /// The state of a flight. It is created by the program, which has a place for it.
 #[derive(Debug)]
 pub struct BenchFlight {
     stack: FlightStack,
+    /// The controller that takes the commands.
+    copy: FlightStack,
+    /// The copy has commands that the controller lacks.
+    has_commands: bool,
     pilot: Pilot,
     /// The script waits for its take-off.
     is_waiting: bool,
@@ -145,8 +164,12 @@ impl BenchFlight {
         pilot.permit(0);
         pilot.set_avoidance(Avoidance::new(0, AvoidanceSettings::CRAZYFLIE));
         pilot.set_obstacles(columns());
+        let mut stack = FlightStack::new(settings, &drone.state());
+        stack.plan_elsewhere();
         BenchFlight {
-            stack: FlightStack::new(settings, &drone.state()),
+            stack,
+            copy: stack,
+            has_commands: false,
             pilot,
             is_waiting: false,
             drone,
@@ -196,7 +219,26 @@ impl BenchFlight {
         }
         let sample = self.drone.imu();
         self.duties = count(meter, FlightTask::Tick, || self.stack.tick(Some(&sample), BATTERY_V));
+        self.exchange(meter);
         self.tick += 1;
+    }
+
+    /// Takes the commands from the copy, renews it, and makes the plans that are due on it.
+    fn exchange(&mut self, meter: &mut impl Meter) {
+        let is_plan_due = count(meter, FlightTask::HandOver, || {
+            if self.has_commands {
+                self.stack.take_commands(&self.copy);
+            }
+            let is_plan_due = self.stack.is_plan_due();
+            if self.has_commands || is_plan_due || self.tick.is_multiple_of(COPY_TICKS) {
+                self.copy = self.stack;
+            }
+            is_plan_due
+        });
+        self.has_commands = is_plan_due;
+        if is_plan_due {
+            count(meter, FlightTask::Plan, || self.copy.plan_what_is_due());
+        }
     }
 
     /// Passes the reports of other robots on, and lets script and pilot act, when they are due.
@@ -206,11 +248,13 @@ impl BenchFlight {
             let report = peer_report(number, self.tick);
             // A report that is refused would leave the table as it is.
             let _ = count(meter, FlightTask::PeerReport, || {
-                self.pilot.update_peer(report, &mut self.stack)
+                self.pilot.update_peer(report, &mut self.copy)
             });
+            self.has_commands = true;
         }
         if phase == 0 {
             count(meter, FlightTask::Command, || self.step_script());
+            self.has_commands = true;
         }
     }
 
@@ -218,7 +262,7 @@ impl BenchFlight {
     fn step_script(&mut self) {
         let battery_mv = (BATTERY_V * 1000.0) as u16;
         let moment = PilotMoment { now_ms: self.tick.into(), battery_mv };
-        let BenchFlight { pilot, stack, is_waiting, .. } = self;
+        let BenchFlight { pilot, copy: stack, is_waiting, .. } = self;
         if self.tick >= CRUISE_FROM {
             let velocity_mm_s = wanted_velocity(self.tick);
             pilot.call(PilotFunction::MoveToward, &velocity_mm_s, false, stack, moment);
@@ -319,6 +363,8 @@ mod tests {
         assert_eq!(times(&marks, FlightTask::PeerReport), 500);
         let (_, marks) = fly(FlightSensors::Deck);
         assert_eq!(times(&marks, FlightTask::Flow), FLIGHT_TICKS as usize / 10);
+        // The plan to land, when the script has fallen silent.
+        assert_eq!(times(&marks, FlightTask::Plan), 1);
         // The first range comes in the first tick.
         assert_eq!(times(&marks, FlightTask::Range), FLIGHT_TICKS.div_ceil(33) as usize);
     }

@@ -18,7 +18,7 @@ use core::sync::atomic::Ordering;
 
 use bittybuzz_flight::ekf::{FlowMeasurement, FlowSurface};
 use bittybuzz_flight::pilot::PilotSettings;
-use bittybuzz_flight::stack::FlightStack;
+use bittybuzz_flight::stack::{COPY_TICKS, FlightStack};
 use bittybuzz_flight::supervisor::SupervisorStage;
 use bittybuzz_flight::{ImuSample, Vec3};
 use bittybuzz_pmw3901::MotionCounts;
@@ -36,8 +36,6 @@ const TICK_US: u64 = 1_000;
 /// The most ticks between two samples. The flight controller gives the sensors up after 5 ms without
 /// one.
 const TICKS_MAX: u64 = 10;
-/// Samples between two copies for the pilot.
-const COPY_SAMPLES: u32 = 20;
 
 /// The quality from which on a picture without motion shows a robot at rest: that below which PixArt's
 /// application note on the PMW3901 rejects counts.
@@ -188,7 +186,7 @@ impl Controller {
         }
         let is_plan_due = self.stack.is_plan_due();
         self.samples = self.samples.wrapping_add(1);
-        let is_copy_due = is_plan_due || self.samples.is_multiple_of(COPY_SAMPLES);
+        let is_copy_due = is_plan_due || self.samples.is_multiple_of(COPY_TICKS);
         let copy = returned.or_else(|| is_copy_due.then(pilot_desk::take_unused).flatten());
         let Some(copy) = copy else { return };
         self.publish_estimate();
