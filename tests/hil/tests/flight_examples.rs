@@ -10,14 +10,16 @@ use bittybuzz_hil::{Core, crazyflie};
 use bittybuzz_tests::{bbz, files};
 
 /// The least distance between the middles of two robots in flight, in mm.
-const APART_MM: f32 = 300.0;
+pub const APART_MM: f32 = 300.0;
 
-/// Runs an example with the image, and returns the least distance in mm between two robots in the air.
-fn fly(path: &str) -> f32 {
-    let set = [
+/// Runs an example with the image and other values of keys, and returns the least distance in mm
+/// between two robots in the air.
+pub fn fly(path: &str, keys: &[String]) -> f32 {
+    let image = [
         "robots.0.backend=firmware".to_owned(),
         format!("robots.0.firmware={}", crazyflie().display()),
     ];
+    let set = [&image[..], keys].concat();
     let scenario = Scenario::open(&bbz::root().join(path), &set, &bittybuzz_robot_models::all())
         .unwrap_or_else(|errors| panic!("{path}: {errors:#?}"));
     let programs: Vec<Program> = scenario.groups.iter().map(program).collect();
@@ -65,7 +67,7 @@ fn least_distance_mm(simulation: &Simulation) -> f32 {
 #[test]
 fn examples_fly_on_the_image() {
     for name in ["hover", "square"] {
-        let least_mm = fly(&format!("examples/flight/{name}.toml"));
+        let least_mm = fly(&format!("examples/flight/{name}.toml"), &[]);
         assert!(least_mm > APART_MM, "{name}: {least_mm} mm");
     }
 }
@@ -77,7 +79,7 @@ fn all_examples_fly_on_the_image() {
     let paths = files::with_extension("examples/flight", "toml");
     assert!(paths.len() >= 8, "{paths:?}");
     for path in paths {
-        let least_mm = fly(&path);
+        let least_mm = fly(&path, &[]);
         println!("{path}: {least_mm:.0} mm");
         assert!(least_mm > APART_MM, "{path}: {least_mm} mm");
     }

@@ -23,14 +23,17 @@ const HEAD: &str = "\
 
 /// Path prefixes of the files that the flights are about.
 pub const MADE_OF: &[&str] = &[
+    "arena/src/",
     "comms/",
     "emulation/",
     "emulators/stm32/",
+    "examples/flight/",
     "firmware/",
     "flight/src/",
     "robots/crazyflie/",
     "tests/hil/src/",
     "tests/hil/tests/flight.rs",
+    "tests/hil/tests/flight_examples.rs",
     "tests/hil/tests/image_flights/",
     "vm-core/src/",
 ];
@@ -45,7 +48,7 @@ struct Suite {
     block: usize,
 }
 
-const SUITES: [Suite; 5] = [
+const SUITES: [Suite; 6] = [
     // Two seeds of five flights each.
     Suite { name: "figures", test: "figures::fresh_figures", numbers: 1..11, block: 2 },
     Suite {
@@ -59,6 +62,12 @@ const SUITES: [Suite; 5] = [
         test: "faults::fresh_flights_with_a_fault",
         numbers: 6_000..6_100,
         block: 10,
+    },
+    Suite {
+        name: "exhibition",
+        test: "exhibition::robots_stay_apart_in_fresh_seeds",
+        numbers: 1..21,
+        block: 1,
     },
     Suite {
         name: "five minutes in flight",
@@ -152,7 +161,7 @@ mod tests {
     #[test]
     fn each_flight_is_in_one_item() {
         let items = items();
-        assert_eq!(items.len(), 5 + 20 + 10 + 2);
+        assert_eq!(items.len(), 5 + 20 + 10 + 20 + 2);
         assert_eq!(items[0], "figures 1..3");
         assert_eq!(items[5], "disturbances 30000..30010");
         assert_eq!(items[34], "faults 6090..6100");

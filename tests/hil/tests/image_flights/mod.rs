@@ -10,6 +10,7 @@ pub mod course;
 #[path = "../../../../robots/crazyflie/physics/tests/disturbances/disturbance.rs"]
 mod disturbance;
 mod disturbances;
+mod exhibition;
 #[path = "../../../../robots/crazyflie/physics/tests/faults/fault.rs"]
 mod fault;
 mod faults;
