@@ -8,13 +8,13 @@ use bittybuzz_flight::stack::{FlightRefusal, FlightStack, TRAJECTORY_PIECES};
 use bittybuzz_flight::supervisor::SupervisorStage;
 use heapless::Vec;
 
-use super::{Outcome, Station, Waiting, outcome};
+use super::{Outcome, Station, Waiting, outcome, resume};
 
 /// The factors of the durations of a trajectory that are tried one after the other: one that is too fast
 /// for the limits is flown slower, while Bitcraze's firmware would not follow it exactly.
 const SLOWDOWNS: [f32; 5] = [1.0, 1.4, 2.0, 2.8, 4.0];
 
-/// Time in ms for which a trajectory waits until the plan before it has ended: a take-off may take longer
+/// Time in ms for which a plan waits until the motion before it has ended: a take-off may take longer
 /// than its command says, and programs start the trajectory after that.
 const WAIT_MS: u64 = 3000;
 /// Speed of the reference in m/s and acceleration in m/s² below which the robot is at rest.
@@ -54,6 +54,13 @@ impl Station {
             Err(block) => return Outcome::Blocked(block),
         };
         self.waiting = None;
+        if passage == Passage::Resume {
+            let outcome = resume(stack);
+            if outcome == Outcome::Done {
+                self.waiting = Some(Waiting { command: *command, until_ms: now_ms + WAIT_MS });
+            }
+            return outcome;
+        }
         match *command {
             HighLevelCommand::StartTrajectory { .. } if !is_at_rest(stack) => {
                 let until_ms = now_ms + WAIT_MS;

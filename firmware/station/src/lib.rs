@@ -10,6 +10,8 @@
 //! 2. **Motors start with a flight.** A robot that a person armed stands still until a set-point leads
 //!    upwards or a take-off is commanded.
 //! 3. **A silent station keeps nothing alive.** Its commands expire, and the supervisor lands the robot.
+//!    A station that comes back before the robot is on the ground continues the flight by its next
+//!    set-point or plan; the next flight needs a person again.
 //!
 //! # Use
 //! The caller passes packets to [`Station::receive`]. It executes a command that comes back with
@@ -77,7 +79,7 @@ struct Start {
     until_ms: u64,
 }
 
-/// A trajectory that waits until the robot is at rest.
+/// A plan that waits until the robot is at rest: a trajectory, or one that ends a landing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Waiting {
     command: HighLevelCommand,
@@ -207,9 +209,10 @@ impl Station {
             has_command = true;
         }
         if let Some(waiting) = self.waiting {
-            if now_ms >= waiting.until_ms || source != CommandSource::Station {
+            let is_due = matches!(source, CommandSource::Station | CommandSource::Supervisor);
+            if now_ms >= waiting.until_ms || !is_due {
                 self.waiting = None;
-            } else if high_level::is_at_rest(stack) {
+            } else if stage == SupervisorStage::Flying && high_level::is_at_rest(stack) {
                 self.waiting = None;
                 has_command |= self.plan(&waiting.command, stack, now_ms) == Outcome::Done;
             }
@@ -328,7 +331,7 @@ impl Station {
         match passage {
             Err(block) => Outcome::Blocked(block),
             Ok(Passage::Hover) => outcome(stack.hover()),
-            Ok(Passage::Execute | Passage::Ignore) => Outcome::Done,
+            Ok(Passage::Execute | Passage::Ignore | Passage::Resume) => Outcome::Done,
         }
     }
 
@@ -353,6 +356,12 @@ impl Station {
             has_deck_fault: false,
         };
     }
+}
+
+/// Takes the robot back from the supervisor, which may have another reason to land it.
+fn resume(stack: &mut FlightStack) -> Outcome {
+    let landing = Outcome::Blocked(CommandBlock::Outranked(CommandSource::Supervisor));
+    stack.resume().map_or(landing, |()| Outcome::Done)
 }
 
 /// Returns the outcome of a command that the flight controller got.

@@ -7,7 +7,7 @@ use bittybuzz_flight::stack::{AttitudeCommand, FlightStack};
 use bittybuzz_flight::supervisor::SupervisorStage;
 use bittybuzz_flight::{Quat, Reference, Vec3};
 
-use super::{Outcome, Station, outcome};
+use super::{Outcome, Station, outcome, resume};
 
 /// Vertical speed per difference of height in 1/s, as of the script's pilot, and the most in m/s.
 const CLIMB_1_S: f32 = 2.0;
@@ -36,7 +36,7 @@ impl Station {
         let stage = stack.stage();
         match self.arbiter.pass_station(kind, stage, now_ms) {
             Err(block) => return Outcome::Blocked(block),
-            Ok(Passage::Execute) => {}
+            Ok(Passage::Execute | Passage::Resume) => {}
             Ok(Passage::Ignore | Passage::Hover) => return Outcome::Done,
         }
         self.start = None;
@@ -53,6 +53,7 @@ impl Station {
                 stack.fly(&VelocityCommand::STOP);
                 Outcome::Done
             }
+            SupervisorStage::Landing => resume(stack),
             _ if climb_m_s <= CLIMB_1_S * LIFT_M => Outcome::Done,
             _ if !self.may_start(now_ms) => Outcome::Refused,
             SupervisorStage::Armed => lift(setpoint, stack),

@@ -6,10 +6,10 @@
 mod rig;
 
 use bittybuzz_crtp::Refusal;
-use bittybuzz_flight::Vec3;
 use bittybuzz_flight::arbiter::{CommandBlock, CommandSource};
 use bittybuzz_flight::pilot::{PilotAnswer, PilotFunction, PilotMoment};
 use bittybuzz_flight::supervisor::SupervisorStage;
+use bittybuzz_flight::{Vec2, Vec3};
 use bittybuzz_station::{Outcome, ScriptRank};
 use rig::{Rig, bytes};
 
@@ -29,6 +29,8 @@ const LAND: &str = "8c0800000000000000c03f0000000040";
 const HOVER: &str = "7c0acdcc4c3ecdccccbd00001042cdcccc3e";
 /// `commander.send_position_setpoint(1.0, -2.0, 0.5, 180.0)`.
 const POSITION: &str = "7c070000803f000000c00000003f00003443";
+/// `commander.send_velocity_world_setpoint(0, 0, 0.4, 0)`.
+const CLIMB: &str = "7c080000000000000000cdcccc3e00000000";
 /// `commander.send_setpoint(10.0, 5.0, 30.0, 40000)` and `(0, 0, 0, 0)`.
 const THRUST: &str = "3c000020410000a0c00000f041409c";
 const NO_THRUST: &str = "3c0000000000000000000000000000";
@@ -135,6 +137,121 @@ fn the_loss_of_a_station_lands_a_robot_that_it_flies() {
     // A flight that the supervisor ended needs a person again.
     rig.stay(4000);
     assert_eq!(rig.send(&bytes(TAKE_OFF)).0, Some(Outcome::Refused));
+}
+
+/// Returns the packet of `commander.send_position_setpoint(x, y, z, 0)`.
+fn position(place_m: Vec3) -> String {
+    let floats = [place_m.x, place_m.y, place_m.z, 0.0].map(f32::to_le_bytes).concat();
+    floats.iter().fold(String::from("7c07"), |digits, byte| format!("{digits}{byte:02x}"))
+}
+
+/// The calls and pauses of cflib's examples/autonomy/autonomous_sequence.py (crazyflie-lib-python
+/// a6b0cf2), which wait longer between take-off and first position than set-points last.
+#[test]
+fn the_autonomous_sequence_of_cflib_flies() {
+    let mut rig = Rig::new(14);
+    rig.stay(500);
+    rig.command(ARM);
+    rig.stay(1000);
+    rig.stream(CLIMB, 1000);
+    rig.stay(1000);
+    let corners = [(0.0, 0.0), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.0, 0.0)];
+    let high = corners.map(|(x, y)| Vec3::new(x, y, 1.2));
+    let low = Vec3::new(0.0, 0.0, 0.4);
+    for place_m in [&[low][..], &high, &[low]].concat() {
+        rig.stream(&position(place_m), 5000);
+        near(&rig, place_m, 0.05);
+        assert_eq!(rig.source, CommandSource::Station);
+    }
+    rig.stream(&position(Vec3::ZERO), 5000);
+    rig.command(STOP);
+    rig.send(&bytes(SETPOINTS_END));
+    rig.run_until_off(100);
+    rig.assert_whole();
+}
+
+const LANDING: Option<Outcome> =
+    Some(Outcome::Blocked(CommandBlock::Outranked(CommandSource::Supervisor)));
+
+#[test]
+fn a_station_that_comes_back_finishes_its_plan() {
+    let mut rig = flying(15);
+    rig.run(2200);
+    assert_eq!(rig.stack.stage(), SupervisorStage::Landing);
+    // Other packets do not take the robot back.
+    rig.send(&[0xf0, 1]);
+    rig.run(20);
+    assert_eq!(rig.stack.stage(), SupervisorStage::Landing);
+    let from_m = rig.place_m();
+    rig.command(GO_RELATIVE);
+    rig.stay(6000);
+    // The flight starts where the robot has stopped to descend.
+    let way_m = rig.place_m() - from_m;
+    assert!(way_m.truncate().distance(Vec2::new(1.0, -0.5)) < 0.03, "{way_m}");
+    assert!((0.5..0.75).contains(&way_m.z), "{way_m}");
+    rig.command(LAND);
+    rig.run_until_off(8000);
+    rig.assert_whole();
+    // The next flight needs a person.
+    rig.stay(4000);
+    assert_eq!(rig.send(&bytes(TAKE_OFF)).0, Some(Outcome::Refused));
+}
+
+#[test]
+fn a_robot_on_the_ground_stays_there() {
+    let mut rig = Rig::new(16);
+    rig.stay(500);
+    rig.command(ARM);
+    rig.stream(HOVER, 3000);
+    let until_ms = rig.now_ms + 8000;
+    while rig.place_m().z > 0.035 {
+        assert!(rig.now_ms < until_ms, "{}", rig.place_m());
+        rig.run(10);
+    }
+    assert_eq!(rig.stack.stage(), SupervisorStage::Landing);
+    rig.stream(HOVER, 200);
+    assert!(rig.place_m().z < 0.035, "{}", rig.place_m());
+    rig.stream(HOVER, 3000);
+    assert!(rig.are_motors_off());
+    rig.assert_whole();
+}
+
+/// Set-points of the station do not end a landing that has another cause.
+#[test]
+fn a_landing_for_the_fence_or_the_battery_is_final() {
+    use bittybuzz_crtp::Parameter;
+    for (seed, is_fence) in [(17, true), (18, false)] {
+        let mut rig = Rig::new(seed);
+        rig.stay(500);
+        rig.command(ARM);
+        rig.stream(HOVER, 3000);
+        if is_fence {
+            // The robot is above the top of the fence.
+            rig.send(&write(Parameter::FenceMostZ, 0.05));
+        } else {
+            rig.battery_v = Some(2.9);
+        }
+        rig.stream(HOVER, 1300);
+        assert_eq!(rig.stack.stage(), SupervisorStage::Landing);
+        assert_eq!(rig.send(&bytes(HOVER)).0, LANDING);
+        assert_eq!(rig.send(&bytes(GO_RELATIVE)).0, LANDING);
+        rig.stream(HOVER, 5000);
+        assert!(rig.are_motors_off());
+        rig.assert_whole();
+    }
+}
+
+/// A script that is stuck lands its robot, and a person has to look at it.
+#[test]
+fn a_station_leaves_the_landing_of_a_stuck_script() {
+    let mut rig = flying_by_script(19);
+    rig.has_script = false;
+    rig.run(1000);
+    assert_eq!(rig.stack.stage(), SupervisorStage::Landing);
+    assert_eq!(rig.send(&bytes(HOVER)).0, LANDING);
+    rig.stream(HOVER, 4000);
+    assert!(rig.are_motors_off());
+    rig.assert_whole();
 }
 
 /// Calls a function of the script.

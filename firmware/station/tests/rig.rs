@@ -30,6 +30,8 @@ pub struct Rig {
     pub source: CommandSource,
     /// The pilot of a script that runs acts ten times per second.
     pub has_script: bool,
+    /// Voltage that the robot measures instead of its battery's.
+    pub battery_v: Option<f32>,
     drone: Drone,
     imu: Imu,
     capture: MotionCapture,
@@ -52,6 +54,7 @@ impl Rig {
             now_ms: 0,
             source: CommandSource::Script,
             has_script: false,
+            battery_v: None,
             drone,
             imu: Imu::new(&Airframe::CRAZYFLIE_2_1_PLUS, ImuSettings::BMI088, seed),
             capture: MotionCapture::new(MotionCaptureSettings::ROOM, seed),
@@ -98,7 +101,7 @@ impl Rig {
                     gyro_rad_s: counts.gyro_rad_s().as_vec3(),
                     accel_m_s2: counts.accel_m_s2().as_vec3(),
                 };
-                let volts = self.drone.battery_volts() as f32;
+                let volts = self.battery_v.unwrap_or(self.drone.battery_volts() as f32);
                 self.duties = self.stack.tick(Some(&sample), volts);
             }
             if self.now_ms.is_multiple_of(POLL_MS) {

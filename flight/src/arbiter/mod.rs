@@ -6,11 +6,13 @@
 //! 1. After an **emergency stop** no source commands the robot until the next power-on. Once a station
 //!    sent a sign of life for it, a second without another one is an emergency stop as well.
 //! 2. While the **supervisor** ends a flight, and until the robot is ready again, it takes no
-//!    commands.
+//!    commands. One exception: a station whose commands expired takes the robot back by its next
+//!    set-point or plan, before the robot is on the ground, if nothing else ended the flight.
 //! 3. A **landing** that any source commanded is finished.
 //! 4. A **ground station** has the robot from its first set-point or plan on, until it says that no
 //!    more set-points follow, or the flight ends. A robot in the air whose station falls silent is
-//!    not returned to the script: its command expires, and the supervisor lands it.
+//!    not returned to the script: its command expires, and the supervisor lands it. The station has
+//!    it until then, and may come back.
 //! 5. The **script** has it otherwise. The loss of a station that does not command the robot changes
 //!    nothing.
 //!
@@ -75,6 +77,9 @@ pub enum Passage {
     Execute,
     /// The flight controller brakes and hovers, because no command follows.
     Hover,
+    /// The flight controller takes the robot back from the supervisor if the supervisor lands it for
+    /// want of commands alone, and then executes the command.
+    Resume,
     /// The command has no effect now.
     Ignore,
 }
@@ -184,7 +189,10 @@ impl Arbiter {
         if command == StationCommand::Land {
             return self.land(stage, now_ms);
         }
-        self.require(CommandSource::Station, stage, now_ms)?;
+        let resumes = self.may_resume(command, stage);
+        if !resumes {
+            self.require(CommandSource::Station, stage, now_ms)?;
+        }
         match command {
             StationCommand::Setpoint => {
                 self.claim = Claim::Setpoints { last_ms: now_ms, by_thrust: false };
@@ -202,7 +210,7 @@ impl Arbiter {
             | StationCommand::EmergencyStop
             | StationCommand::KeepAlive => {}
         }
-        Ok(Passage::Execute)
+        Ok(if resumes { Passage::Resume } else { Passage::Execute })
     }
 
     /// Decides about a command of the script.
@@ -274,6 +282,22 @@ impl Arbiter {
     ) -> Result<(), CommandBlock> {
         let in_command = self.source(stage, now_ms);
         if in_command < source { Err(CommandBlock::Outranked(in_command)) } else { Ok(()) }
+    }
+
+    /// Returns true if this command of a station may end a landing of the supervisor: it moves a robot
+    /// that the station flew and that no source commanded to land.
+    fn may_resume(&self, command: StationCommand, stage: SupervisorStage) -> bool {
+        let moves = matches!(
+            command,
+            StationCommand::Setpoint
+                | StationCommand::Thrust { is_zero: false }
+                | StationCommand::Plan
+        );
+        moves
+            && stage == SupervisorStage::Landing
+            && self.claim != Claim::Absent
+            && !self.is_landing
+            && !self.is_stopped
     }
 
     /// Returns true if the station holds the robot. On the ground its set-points must be fresh for

@@ -122,7 +122,52 @@ fn the_loss_of_a_station_ends_the_life_of_its_plan() {
     assert_eq!(flight.wait(1), Arbitration { source: CommandSource::Station, renews: false });
     flight.enter(Stage::Landing);
     assert_eq!(flight.source(), CommandSource::Supervisor);
-    assert_eq!(flight.station(StationCommand::Plan), BLOCKED_BY_SUPERVISOR);
+}
+
+const MOTIONS: [StationCommand; 3] =
+    [StationCommand::Setpoint, StationCommand::Plan, StationCommand::Thrust { is_zero: false }];
+
+/// Bitcraze's firmware does the same until the motors stop, 2 s after the last set-point
+/// (supervisor_state_machine.c, transitionsWarningLevelOut).
+#[test]
+fn a_station_that_comes_back_takes_the_robot_back() {
+    for command in MOTIONS {
+        let mut flight = Flight::new(Stage::Flying);
+        flight.station(StationCommand::Thrust { is_zero: true }).unwrap();
+        flight.station(command).unwrap();
+        flight.wait(SETPOINT_FRESH_MS + 1);
+        flight.enter(Stage::Landing);
+        flight.wait(5000);
+        assert_eq!(flight.source(), CommandSource::Supervisor);
+        assert_eq!(flight.script(ScriptCommand::Fly), BLOCKED_BY_SUPERVISOR);
+        assert_eq!(flight.station(command), Ok(Passage::Resume));
+        flight.enter(Stage::Flying);
+        assert_eq!(flight.source(), CommandSource::Station);
+        assert_eq!(flight.station(command), EXECUTED);
+    }
+}
+
+#[test]
+fn a_station_that_did_not_fly_the_robot_ends_no_landing() {
+    for command in MOTIONS {
+        let mut flight = Flight::new(Stage::Flying);
+        flight.script(ScriptCommand::Fly).unwrap();
+        flight.station(StationCommand::Thrust { is_zero: true }).unwrap();
+        flight.enter(Stage::Landing);
+        assert_eq!(flight.station(command), BLOCKED_BY_SUPERVISOR);
+    }
+}
+
+#[test]
+fn a_station_ends_no_landing_that_was_commanded() {
+    for command in MOTIONS {
+        let mut flight = Flight::new(Stage::Flying);
+        flight.station(StationCommand::Thrust { is_zero: true }).unwrap();
+        flight.station(StationCommand::Setpoint).unwrap();
+        flight.station(StationCommand::Land).unwrap();
+        flight.enter(Stage::Landing);
+        assert_eq!(flight.station(command), BLOCKED_BY_SUPERVISOR);
+    }
 }
 
 /// A set-point that comes late continues the flight (supervisor, rule 5).
@@ -256,7 +301,12 @@ fn the_supervisor_ends_flights() {
         let mut flight = Flight::new(Stage::Flying);
         flight.station(StationCommand::Setpoint).unwrap();
         flight.enter(stage);
-        for command in [StationCommand::Setpoint, StationCommand::Plan, StationCommand::Land] {
+        // A robot that lands may have lost its set-points only.
+        if stage != Stage::Landing {
+            assert_eq!(flight.station(StationCommand::Setpoint), BLOCKED_BY_SUPERVISOR);
+            assert_eq!(flight.station(StationCommand::Plan), BLOCKED_BY_SUPERVISOR, "{stage:?}");
+        }
+        for command in [StationCommand::Land, StationCommand::SetpointsEnd] {
             assert_eq!(flight.station(command), BLOCKED_BY_SUPERVISOR, "{stage:?}");
         }
         assert_eq!(flight.script(ScriptCommand::Fly), BLOCKED_BY_SUPERVISOR);

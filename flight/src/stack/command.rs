@@ -10,7 +10,7 @@ use crate::planner::{
     Destination, FlightLimits, PlanError, PlanReport, Planner, PositionFence, TrajectoryPiece,
     VelocityCommand,
 };
-use crate::supervisor::SupervisorStage;
+use crate::supervisor::{Descent, LandingCause, SupervisorStage, SupervisorState};
 use crate::{GRAVITY_M_S2, Reference};
 
 /// Pieces of a trajectory that the flight controller can store.
@@ -107,6 +107,24 @@ impl FlightStack {
     /// Confirms that a robot that crashed is whole. The robot has to stand upright and still.
     pub fn recover(&mut self) {
         self.requests.recover = true;
+    }
+
+    /// Continues a flight that the supervisor ends only because no command came in time: the robot
+    /// brakes and hovers, and flies by commands from the next tick on, unless it is on the ground.
+    ///
+    /// # Errors
+    /// Refuses a robot that does not land, or lands for another cause.
+    pub fn resume(&mut self) -> Result<(), FlightRefusal> {
+        let SupervisorState::Landing {
+            descent: Descent { cause: LandingCause::NoSetpoint, .. },
+            ..
+        } = self.supervisor.state()
+        else {
+            return Err(FlightRefusal::NotFlying);
+        };
+        self.requests.resume = true;
+        self.fly(&VelocityCommand::STOP);
+        Ok(())
     }
 
     /// Sets if the script ended by a fault and has not restarted. Such a robot lands.

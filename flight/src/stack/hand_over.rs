@@ -90,11 +90,12 @@ impl FlightStack {
     /// Takes the commands that a copy of this controller has received. A plan is dropped if the
     /// supervisor has changed the permission meanwhile, since it may have ended the flight.
     pub fn take_commands(&mut self, copy: &FlightStack) {
-        let PilotRequests { arm, disarm, recover, emergency_stop } = copy.requests;
+        let PilotRequests { arm, disarm, recover, emergency_stop, resume } = copy.requests;
         self.requests.arm |= arm;
         self.requests.disarm |= disarm;
         self.requests.recover |= recover;
         self.requests.emergency_stop |= emergency_stop;
+        self.requests.resume |= resume;
         self.has_script_fault = copy.has_script_fault;
         self.peers = copy.peers;
         self.command_ms = self.command_ms.max(copy.command_ms);

@@ -51,6 +51,8 @@ pub struct PilotRequests {
     pub recover: bool,
     /// Stop the motors until the next power-on.
     pub emergency_stop: bool,
+    /// Continue a flight that ends for want of set-points, since there are some again.
+    pub resume: bool,
 }
 
 /// The last set-point of the script or the pilot.
@@ -181,6 +183,7 @@ impl Conditions {
             disarm: false,
             recover: false,
             emergency_stop: false,
+            resume: false,
         },
         imu_fault: None,
         is_calibrated: true,

@@ -16,8 +16,10 @@
 //!    position; without one it stays level and sinks, and is off 6 s after it lost the position, or
 //!    2 s after the last set-point. A robot that falls does less harm than one that drifts without
 //!    control.
-//! 5. **A landing is final.** Only a robot that stays level for want of a set-point flies on when
-//!    there is one again. All others land, disarm, and wait for a person.
+//! 5. **A landing is final,** unless nothing but the want of a set-point caused it. When there is one
+//!    again, a robot that stays level flies on, and one that lands flies on if it is requested before
+//!    the robot is on the ground: by a station that flew it, not by a script. All others land, disarm,
+//!    and wait for a person.
 //!
 //! Outside its fence a robot lands. If it has lost its position too, nothing tells the direction of
 //! the flight, so the motors stop.
@@ -63,6 +65,7 @@
 //! | Flying | ScriptFault | | Descent |
 //! | Flying | NoSetpoint | | Descent |
 //! | Landing | PositionLost | | LevelOut |
+//! | Landing | ResumeRequest | | Flying |
 //! | LevelOut | SetpointRenewed | | Flying |
 //! | LevelOut | PositionRegained | | Landing |
 //! | Landed | Timeout | 3000 | Disarmed |
@@ -79,6 +82,8 @@
 //!   set-point that needs a position while there is none.
 //! * `SetpointRenewed` applies to a robot that levels out by `NoSetpoint` and has not begun to
 //!   land.
+//! * `ResumeRequest` applies to a robot that lands by `NoSetpoint`, has a fresh set-point and is not
+//!   on the ground.
 //! * The time of `RecoverRequest` is that for which the robot stands upright and still.
 //! * `CheckFailed` is about every [`PreflightCheck`]. `ArmedCheckFailed` leaves out those that
 //!   turning rotors disturb.
@@ -239,8 +244,15 @@ impl State {
                     return Some((SupervisorEvent::Ground, State::landed()));
                 }
                 touchdown(false, &found).or_else(|| {
-                    let to = State::level_out(*descent, false, *monitor);
-                    (!now.has_position).then_some((SupervisorEvent::PositionLost, to))
+                    if !now.has_position {
+                        let to = State::level_out(*descent, false, *monitor);
+                        return Some((SupervisorEvent::PositionLost, to));
+                    }
+                    let resumes = now.requests.resume
+                        && descent.cause == LandingCause::NoSetpoint
+                        && now.setpoint == SetpointFreshness::Fresh
+                        && !now.is_at_ground;
+                    resumes.then_some((SupervisorEvent::ResumeRequest, State::Flying(*monitor)))
                 })
             }
             State::LevelOut { descent, waited, can_resume, monitor } => {

@@ -223,6 +223,7 @@ pub enum SupervisorEvent {
     NoSetpoint,
     PositionLost,
     SetpointRenewed,
+    ResumeRequest,
     PositionRegained,
     DescentTimeout,
     Timeout,

@@ -117,6 +117,8 @@ fn starts() -> Vec<Start> {
         now.has_script_fault = true;
     });
     let landing_blind = reach(landing, fly, Stage::LevelOut, |now| now.has_position = false);
+    let landing_late =
+        reach(flying, fly, Stage::Landing, |now| now.setpoint = SetpointFreshness::Late);
     let landing_outside = reach(flying, fly, Stage::Landing, |now| now.is_outside_fence = true);
     let landed = reach(landing, fly, Stage::Landed, |now| now.is_at_ground = true);
     let crashed = reach(flying, fly, Stage::Crashed, |now| now.has_impact = true);
@@ -131,6 +133,7 @@ fn starts() -> Vec<Start> {
         start(tumbled, Conditions { inclination: Inclination::UpsideDown, ..rest }),
         start(flying, fly),
         start(landing, fly),
+        Start { can_resume: true, ..start(landing_late, fly) },
         Start {
             held: ("OutsideFence", 100),
             ..start(landing_outside, Conditions { is_outside_fence: true, ..fly })
@@ -154,6 +157,7 @@ const CHANGES: &[fn(&mut Conditions)] = &[
     |now| now.requests.arm = true,
     |now| now.requests.disarm = true,
     |now| now.requests.recover = true,
+    |now| now.requests.resume = true,
     |now| now.imu_fault = Some(ImuFault::Silent),
     |now| now.is_calibrated = false,
     |now| now.inclination = Inclination::Upright,
@@ -241,6 +245,7 @@ fn occurs(event: &str, start: &Start, now: &Conditions) -> bool {
         "NoSetpoint" => is_late,
         "PositionLost" => !now.has_position,
         "PositionRegained" => now.has_position,
+        "ResumeRequest" => now.requests.resume && !is_late && start.can_resume && !now.is_at_ground,
         "SetpointRenewed" => !is_late && start.can_resume,
         "Calm" => now.is_still && is_upright,
         "Timeout" | "DescentTimeout" => true,

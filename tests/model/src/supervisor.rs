@@ -52,6 +52,7 @@ pub enum Breach {
     MotorsUpsideDown,
     MotorsWithoutSetpointAndPosition,
     FollowsOldSetpoint,
+    FollowsDuringFinalLanding,
     DescendsWithoutPosition,
 }
 
@@ -68,6 +69,8 @@ pub struct SupervisedFlight<S> {
     is_locked: bool,
     /// The robot crashed, and no recovery has been confirmed since.
     needs_recovery: bool,
+    /// The robot descends by itself for another cause than the want of a set-point.
+    lands_finally: bool,
     pub breach: Option<Breach>,
 }
 
@@ -80,6 +83,7 @@ impl<S: Supervision> SupervisedFlight<S> {
             was_upside_down: false,
             is_locked: false,
             needs_recovery: false,
+            lands_finally: false,
             breach: None,
         }
     }
@@ -92,6 +96,10 @@ impl<S: Supervision> SupervisedFlight<S> {
         self.needs_recovery &= !(requests.recover && is_calm);
         self.breach = self.breach_of(elapsed_ms, now, permission);
 
+        let descends = matches!(permission, MotorPermission::Descend | MotorPermission::Level);
+        let begins = self.permission == MotorPermission::Follow;
+        let has_other_cause = now.setpoint == SetpointFreshness::Fresh || now.has_script_fault;
+        self.lands_finally = descends && (self.lands_finally || begins && has_other_cause);
         self.permission = permission;
         self.had_arm_request = requests.arm;
         self.was_upside_down =
@@ -118,6 +126,7 @@ impl<S: Supervision> SupervisedFlight<S> {
             && now.battery == BatteryLevel::Good
             && !now.is_outside_fence
             && !now.has_script_fault;
+        let resumes = requests.resume && !now.is_at_ground;
         let breaches = [
             (requests.emergency_stop || requests.disarm, Breach::MotorsAfterRequestToStop),
             (now.imu_fault.is_some(), Breach::MotorsDespiteImuFault),
@@ -133,6 +142,12 @@ impl<S: Supervision> SupervisedFlight<S> {
             (
                 now.setpoint != SetpointFreshness::Fresh && permission == MotorPermission::Follow,
                 Breach::FollowsOldSetpoint,
+            ),
+            (
+                permission == MotorPermission::Follow
+                    && (self.lands_finally
+                        || self.permission == MotorPermission::Descend && !resumes),
+                Breach::FollowsDuringFinalLanding,
             ),
             (
                 !now.has_position && permission == MotorPermission::Descend,
@@ -204,6 +219,7 @@ pub const REQUESTS: &[Change] = &[
     |now| now.requests.disarm = true,
     |now| now.requests.recover = true,
     |now| now.requests.emergency_stop = true,
+    |now| now.requests.resume = true,
 ];
 
 /// Signs of a robot that falls.

@@ -115,6 +115,13 @@ faults! {
         None
     };
 
+    /// A request to resume ends every landing.
+    ResumesAnyLanding: |supervisor, _elapsed, now| {
+        let landing = supervisor.state().stage() == SupervisorStage::Landing;
+        let resumes = now.requests.resume && now.setpoint == SetpointFreshness::Fresh;
+        (landing && resumes).then_some(MotorPermission::Follow)
+    };
+
     /// Lift alone starts a flight. The checker found this fault in the first supervisor.
     FliesWithoutFreshSetpoint: |supervisor, _elapsed, now| {
         let lifts = supervisor.state().stage() == SupervisorStage::Armed && now.has_lift;
@@ -137,6 +144,8 @@ fn find<F: Fault>(property: &'static str, lists: &[&[Change]]) -> Option<Breach>
 
 /// The arm request alone.
 const ARM: &[Change] = REQUESTS.split_at(1).0;
+/// The request to resume alone.
+const RESUME: &[Change] = REQUESTS.split_at(4).1;
 
 #[test]
 fn a_flight_after_a_crash_is_found() {
@@ -175,6 +184,12 @@ fn a_lock_that_ends_is_found() {
 fn a_start_with_a_low_battery_is_found() {
     let breach = find::<ArmsWithLowBattery>(RULES_HOLD, &[REQUESTS, OTHERS]);
     assert_eq!(breach, Some(Breach::StartDespiteChecks));
+}
+
+#[test]
+fn a_landing_that_any_request_ends_is_found() {
+    let breach = find::<ResumesAnyLanding>(RULES_HOLD, &[ARM, RESUME, LOSSES]);
+    assert_eq!(breach, Some(Breach::FollowsDuringFinalLanding));
 }
 
 #[test]
