@@ -3,6 +3,7 @@
 //! Four ways to look at a robot:
 //! * [`trace`] runs `bbz trace`: what a person sees, log lines and faults as text, LEDs and motors on request;
 //! * [`Robot`] holds the emulator's own line: frames to and from the radio's processor, dead tasks, damaged flash;
+//!   [`standing`] is one that could fly;
 //! * [`Swarm`] holds several of them, which hear each other;
 //! * [`Table`] holds Zooids under their projector;
 //! * [`Kilobots`] holds Kilobots and their overhead controller.
@@ -15,6 +16,7 @@
 //! the Crazyflie than the one in its folder, `BITTYBUZZ_ZOOIDS` another one of the Zooid, `BITTYBUZZ_KILOBOT` one of the
 //! Kilobot.
 
+mod body;
 pub mod cfloader;
 pub mod flash;
 pub mod kilobots;
@@ -26,6 +28,7 @@ mod swarm;
 pub mod table;
 mod trace_log;
 
+pub use body::{captured_body, standing};
 pub use kilobots::{Kilobots, ear, kilobot};
 pub use swarm::{Member, Pose, Swarm};
 pub use table::{Place, Table};

@@ -5,7 +5,8 @@ use std::time::Duration;
 use bittybuzz_emulation::message::{Memory, ResetCause};
 use bittybuzz_hil::safety::{assert_locked, reset};
 use bittybuzz_hil::{
-    Command, Core, EmulatorEvent, RADIO_RAW, Robot, TimedEvent, TraceLog, frames, motors, resets,
+    Command, Core, EmulatorEvent, RADIO_RAW, Robot, TimedEvent, TraceLog, captured_body, frames,
+    motors, resets, standing,
 };
 
 /// Takes off, goes to 0.5 m above the origin of the room, stays there for `STAY` steps, and lands. The log
@@ -85,27 +86,6 @@ fn since(robot: &Robot, from: Duration) -> &[TimedEvent] {
 /// The lines of the firmware's log.
 pub fn firmware_log(robot: &Robot) -> Vec<String> {
     TraceLog::of_events(&robot.events).firmware
-}
-
-/// A body at the origin in a room with usual motion capture.
-fn body(seed: u64) -> Command {
-    Command::Body {
-        seed,
-        x_mm: 0.0,
-        y_mm: 0.0,
-        yaw_degrees: 0.0,
-        pose_ms: 10,
-        pose_noise_mm: 0.5,
-        pose_noise_degrees: 0.3,
-    }
-}
-
-/// A robot with a body in a room with motion capture, whose script runs.
-fn standing(script: &str, seed: u64) -> Robot {
-    let mut robot = Robot::crazyflie(Core::Unicorn, script);
-    robot.execute(&body(seed));
-    robot.run_ms(2_000);
-    robot
 }
 
 pub fn arm(robot: &mut Robot) {
@@ -265,7 +245,7 @@ fn a_core_that_is_halted_in_flight_stops_the_motors() {
         let memory = Memory::Kept;
         robot.execute(&Command::Chip { lsi_hz, crystal: true, memory, seed: 0, debugger: false });
         reset(&mut robot, ResetCause::PowerOn);
-        robot.execute(&body(4));
+        robot.execute(&captured_body(4));
         robot.run_ms(2_000);
         arm(&mut robot);
         run_until_logged(&mut robot, "2", 9_000);

@@ -1,7 +1,7 @@
 //! A ground station flies the firmware's image in the physics, by packets that cflib 0.1.34 sent for these
 //! calls (comms/crtp/tests/vectors).
 
-use bittybuzz_hil::{Command, Core, EmulatorEvent, RADIO_RAW, Robot, frames, motors, resets};
+use bittybuzz_hil::{EmulatorEvent, RADIO_RAW, Robot, frames, motors, resets, standing};
 
 /// `supervisor.send_arming_request(True)`, and its answer: accepted, armed.
 const ARM: [u8; 3] = [0x9d, 1, 1];
@@ -37,17 +37,7 @@ fn distance_m(robot: &Robot, to_m: [f64; 3]) -> f64 {
 /// plans stay in force.
 #[test]
 fn a_station_flies_the_image() {
-    let mut robot = Robot::crazyflie(Core::Unicorn, "function init() {}\nfunction step() {}\n");
-    robot.execute(&Command::Body {
-        seed: 1,
-        x_mm: 0.0,
-        y_mm: 0.0,
-        yaw_degrees: 0.0,
-        pose_ms: 10,
-        pose_noise_mm: 0.5,
-        pose_noise_degrees: 0.3,
-    });
-    robot.run_ms(2_000);
+    let mut robot = standing("function init() {}\nfunction step() {}\n", 1);
     robot.send(RADIO_RAW, &ARM);
     robot.run_ms(50);
     assert!(frames(&robot.events, RADIO_RAW).any(|(_, packet)| packet == ARMED), "not armed");

@@ -7,7 +7,7 @@ use std::time::Duration;
 use bittybuzz_arena::robot::Piece;
 use bittybuzz_arena::run::{Setup, Simulation};
 use bittybuzz_arena::scenario::Scenario;
-use bittybuzz_hil::{Command, Core, Robot, ScriptFile, TraceLog};
+use bittybuzz_hil::{Robot, ScriptFile, TraceLog, standing};
 
 use super::course::{STANDING_M, distance_m, rms, rows};
 use crate::backends::program;
@@ -82,17 +82,7 @@ fn simulated() -> Places {
 
 /// Flies with the image.
 fn emulated() -> Places {
-    let mut robot = Robot::crazyflie(Core::Unicorn, SCRIPT);
-    robot.execute(&Command::Body {
-        seed: 1,
-        x_mm: 0.0,
-        y_mm: 0.0,
-        yaw_degrees: 0.0,
-        pose_ms: 10,
-        pose_noise_mm: 0.5,
-        pose_noise_degrees: 0.3,
-    });
-    robot.run_ms(2_000);
+    let mut robot = standing(SCRIPT, 1);
     arm(&mut robot);
     let find = |robot: &Robot, mark: u32| {
         let rows = rows(&TraceLog::of_events(&robot.events));

@@ -1,6 +1,6 @@
 //! The times of the sensors' samples in a long flight, and in a long wait on the ground.
 
-use bittybuzz_hil::{Command, EmulatorEvent, Robot};
+use bittybuzz_hil::{Command, EmulatorEvent, Robot, captured_body};
 
 use super::course::Course;
 use super::fresh::{print_count, print_worst};
@@ -15,18 +15,6 @@ const SLICE_S: u64 = 10;
 const USUAL_US: f64 = 700.0;
 const MOST_US: f64 = 950.0;
 
-fn body(seed: u64) -> Command {
-    Command::Body {
-        seed,
-        x_mm: 0.0,
-        y_mm: 0.0,
-        yaw_degrees: 0.0,
-        pose_ms: 10,
-        pose_noise_mm: 0.5,
-        pose_noise_degrees: 0.3,
-    }
-}
-
 /// Each pulse was answered before the next one, and each sample was read.
 fn assert_all_answered(robot: &Robot) {
     let [samples, late, missed, failed, ..] = numbers(robot, "wake-ups")[..] else { panic!() };
@@ -40,7 +28,7 @@ fn assert_all_answered(robot: &Robot) {
 #[ignore = "`cargo xtask soak image_flights` runs it"]
 fn a_flight_of_five_minutes_answers_each_pulse() {
     let course = Course { height_mm: 500, goals_mm: vec![[500.0, 0.0], [-500.0, 300.0]] };
-    let mut flight = course.take_off(|robot| robot.execute(&body(20)));
+    let mut flight = course.take_off(|robot| robot.execute(&captured_body(20)));
     let mut times: Vec<f64> = Vec::new();
     let mut fastest_us = None;
     for slice in 0..FLIGHT_S / SLICE_S {
@@ -78,7 +66,7 @@ fn a_flight_of_five_minutes_answers_each_pulse() {
 fn an_armed_robot_answers_each_pulse() {
     let script = "function init() { n = 0 }\nfunction step() { n = n + 1 led(n % 8) }\n";
     let mut robot = Robot::crazyflie(bittybuzz_hil::Core::Unicorn, script);
-    robot.execute(&body(21));
+    robot.execute(&captured_body(21));
     robot.run_ms(2_000);
     arm(&mut robot);
     robot.run_ms(1_000 * WAIT_S);
