@@ -167,10 +167,15 @@ pub fn control_times_us(events: &[TimedEvent], fastest_us: f64) -> Vec<f64> {
             times.push(us);
         }
     }
-    // The pulses come each millisecond, at an unknown phase.
-    let phases: Vec<f64> = times.iter().map(|us| us.rem_euclid(1000.0)).collect();
-    let least = phases.iter().copied().fold(f64::INFINITY, f64::min);
-    let at_one_cycle = phases.iter().map(|phase| phase - least + fastest_us);
+    // The pulses come each millisecond, at an unknown phase. The earliest times follow the longest part of
+    // a millisecond without any, which may lie across its end.
+    let mut sorted: Vec<f64> = times.iter().map(|us| us.rem_euclid(1000.0)).collect();
+    sorted.sort_by(f64::total_cmp);
+    let before = sorted.iter().map(|phase| phase + 1000.0).take(1);
+    let next = sorted.iter().copied().skip(1).chain(before);
+    let gaps = sorted.iter().zip(next).map(|(phase, next)| (next - phase, next));
+    let (_, earliest) = gaps.max_by(|a, b| a.0.total_cmp(&b.0)).expect("the motors turned");
+    let at_one_cycle = times.iter().map(|us| (us - earliest).rem_euclid(1000.0) + fastest_us);
     at_one_cycle.map(|us| BUS_US + (us - BUS_US).max(0.0) * CYCLES_PER_INSTRUCTION).collect()
 }
 
