@@ -8,7 +8,7 @@ mod rig;
 use bittybuzz_crtp::Refusal;
 use bittybuzz_flight::arbiter::{CommandBlock, CommandSource};
 use bittybuzz_flight::pilot::{PilotAnswer, PilotFunction, PilotMoment};
-use bittybuzz_flight::supervisor::SupervisorStage;
+use bittybuzz_flight::supervisor::{SupervisorLimits, SupervisorStage};
 use bittybuzz_flight::{Vec2, Vec3};
 use bittybuzz_station::{Outcome, ScriptRank};
 use rig::{Rig, bytes};
@@ -362,6 +362,46 @@ fn limits_are_only_tightened_in_flight() {
         fastest_m_s = fastest_m_s.max(rig.stack.state().velocity_m_s.truncate().length());
     }
     assert!((0.15..0.23).contains(&fastest_m_s), "{fastest_m_s}");
+}
+
+#[test]
+fn a_station_raises_the_voltages_at_which_a_robot_stays_and_lands() {
+    use bittybuzz_crtp::Parameter;
+    let mut rig = Rig::new(20);
+    rig.battery_v = Some(3.6);
+    rig.stay(500);
+    rig.command(ARM);
+    rig.send(&write(Parameter::PmLowVoltage, 3.7));
+    rig.stream(HOVER, 1000);
+    assert!(rig.are_motors_off());
+    rig.send(&write(Parameter::PmLowVoltage, 3.5));
+    rig.stream(HOVER, 3000);
+    assert_eq!(rig.stack.stage(), SupervisorStage::Flying);
+    rig.send(&write(Parameter::PmCriticalLowVoltage, 3.7));
+    rig.stream(HOVER, 1300);
+    assert_eq!(rig.stack.stage(), SupervisorStage::Landing);
+    assert_eq!(rig.send(&bytes(HOVER)).0, LANDING);
+    rig.run_until_off(8000);
+    rig.assert_whole();
+}
+
+/// The robot's own limits are the lowest.
+#[test]
+fn no_station_lowers_the_voltages_of_the_robot() {
+    use bittybuzz_crtp::Parameter;
+    let limits = SupervisorLimits::CRAZYFLIE_2_1_PLUS;
+    for (parameter, own_mv) in [
+        (Parameter::PmLowVoltage, limits.battery_low_mv),
+        (Parameter::PmCriticalLowVoltage, limits.battery_empty_mv),
+    ] {
+        let own_v = f32::from(own_mv) / 1000.0;
+        assert_eq!(parameter.first(), own_v);
+        let mut rig = Rig::new(21);
+        assert_eq!(rig.send(&write(parameter, own_v - 0.01)).0, None);
+        assert_eq!(rig.station.refusals().of(Refusal::OutOfRange), 1);
+        assert_eq!(rig.station.parameters().get(parameter).as_f32(), own_v);
+        assert_eq!(rig.send(&write(parameter, own_v)).0, Some(Outcome::Done));
+    }
 }
 
 /// One piece that goes 0.8 m ahead and comes to rest, in 1 s: the fastest moment has 1.75 m/s.

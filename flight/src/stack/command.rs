@@ -150,6 +150,13 @@ impl FlightStack {
         Ok(())
     }
 
+    /// Sets the voltages in mV below which the robot does not take off, and below which it lands.
+    pub fn set_battery_limits(&mut self, low_mv: u16, empty_mv: u16) {
+        let supervision = &mut self.settings.supervision;
+        supervision.battery_low_mv = low_mv;
+        supervision.battery_empty_mv = empty_mv;
+    }
+
     /// Takes a sign of life of the script or pilot, so that the command in force does not expire.
     pub fn renew(&mut self) {
         self.command_ms = Some(self.now_ms());

@@ -108,7 +108,8 @@ impl FlightStack {
             self.planner = copy.planner;
             self.desk.landing_due_ms = copy.desk.landing_due_ms;
         }
-        let StackSettings { limits, fence, .. } = copy.settings;
+        let StackSettings { limits, fence, supervision, .. } = copy.settings;
+        self.settings.supervision = supervision;
         if (limits, fence) != (self.settings.limits, self.settings.fence) {
             // The copy has refused limits that are not valid.
             let _ = self.restrict(limits, fence);

@@ -97,7 +97,7 @@ parameters! {
     FenceMostX: "fence" "mostX" F32 UpperLimit 1000.0 in -1000.0..1000.0,
     FenceMostY: "fence" "mostY" F32 UpperLimit 1000.0 in -1000.0..1000.0,
     FenceMostZ: "fence" "mostZ" F32 UpperLimit 1000.0 in -1000.0..1000.0,
-    PmLowVoltage: "pm" "lowVoltage" F32 LowerLimit 3.2 in 3.0..4.2,
+    PmLowVoltage: "pm" "lowVoltage" F32 LowerLimit 3.2 in 3.2..4.2,
     PmCriticalLowVoltage: "pm" "criticalLowVoltage" F32 LowerLimit 3.0 in 3.0..4.2,
     DeckBcFlow2: "deck" "bcFlow2" U8 ReadOnly 0.0 in 0.0..0.0,
     DeckBcZRanger2: "deck" "bcZRanger2" U8 ReadOnly 0.0 in 0.0..0.0,
