@@ -234,17 +234,20 @@ impl FlightStack {
         }
     }
 
-    /// Takes a position without attitude from outside, as [`Self::receive_pose`] takes a pose.
-    pub fn receive_position(&mut self, position: &PositionMeasurement) {
+    /// Takes a position without attitude from outside, as [`Self::receive_pose`] takes a pose. Returns
+    /// true if the estimate follows it.
+    pub fn receive_position(&mut self, position: &PositionMeasurement) -> bool {
         self.pose_ms = Some(self.now_ms());
         if self.is_flying() && self.pose_trust.is_lost() {
-            return;
+            return false;
         }
         let outcome = self.filter.update_position(position);
-        if self.adopts((position.position_m, Quat::IDENTITY), true, &outcome) {
-            let _ = self.filter.adopt_position(position);
-            self.stand_where_adopted();
+        if !self.adopts((position.position_m, Quat::IDENTITY), true, &outcome) {
+            return outcome.is_accepted();
         }
+        let is_adopted = self.filter.adopt_position(position).is_ok();
+        self.stand_where_adopted();
+        is_adopted
     }
 
     /// Notes the filter's answer to a pose, and returns true if it is displaced and is adopted.

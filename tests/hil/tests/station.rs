@@ -1,7 +1,9 @@
 //! A ground station flies the firmware's image in the physics, by packets that cflib 0.1.34 sent for these
 //! calls (comms/crtp/tests/vectors).
 
-use bittybuzz_hil::{EmulatorEvent, RADIO_RAW, Robot, frames, motors, resets, standing};
+use bittybuzz_hil::{
+    Command, Core, EmulatorEvent, RADIO_RAW, Robot, TraceLog, frames, motors, resets, standing,
+};
 
 /// `supervisor.send_arming_request(True)`, and its answer: accepted, armed.
 const ARM: [u8; 3] = [0x9d, 1, 1];
@@ -56,4 +58,45 @@ fn a_station_flies_the_image() {
     assert_eq!(motors(&robot.events), [0.0; 4]);
     assert!(distance_m(&robot, [1.0, -2.0, 0.0]) < 0.1, "{:?}", place_m(&robot));
     assert_eq!(resets(&robot.events), []);
+}
+
+/// `extpos.send_extpos(1.5, -0.25, 0.015)` each 20 ms, on a robot that stands there and was switched on with
+/// another place in mind. cflib sends `extpos.send_extpos(-1.5, 0.25, 2.0)` as 6c0000c0bf0000803e00000040.
+#[test]
+fn positions_without_attitude_are_places_for_the_script() {
+    let place_m: [f32; 3] = [1.5, -0.25, 0.015];
+    let mut robot =
+        Robot::crazyflie(Core::Unicorn, "function step() { log(pos.x, pos.y, pos.z) }\n");
+    robot.execute(&Command::Body {
+        seed: 1,
+        x_mm: 1500.0,
+        y_mm: -250.0,
+        yaw_degrees: 0.0,
+        pose_ms: 0,
+        pose_noise_mm: 0.0,
+        pose_noise_degrees: 0.0,
+    });
+    robot.run_ms(2_000);
+    let places = |robot: &Robot| -> Vec<[f32; 3]> {
+        let log = TraceLog::of_events(&robot.events).log.into_iter();
+        let known = log.filter(|(_, values)| values[0] != "nil");
+        known.map(|(_, values)| [0, 1, 2].map(|axis| values[axis].parse().unwrap())).collect()
+    };
+    assert_eq!(places(&robot).len(), 0, "without a position");
+    let packet = [&[0x6c][..], &place_m.map(f32::to_le_bytes).concat()].concat();
+    for _ in 0..100 {
+        robot.send(RADIO_RAW, &packet);
+        robot.run_ms(20);
+    }
+    let known = places(&robot);
+    assert!(known.len() > 8, "{} steps with a place", known.len());
+    for place_mm in &known {
+        let errors = place_mm.iter().zip(place_m).map(|(mm, m)| (mm - 1000.0 * m).abs());
+        assert!(errors.fold(0.0, f32::max) < 20.0, "{place_mm:?}");
+    }
+    // A place is valid for a second.
+    robot.run_ms(1_200);
+    let count = places(&robot).len();
+    robot.run_ms(1_000);
+    assert_eq!(places(&robot).len(), count);
 }

@@ -22,7 +22,7 @@ use bittybuzz_flight::stack::{COPY_TICKS, FlightStack};
 use bittybuzz_flight::supervisor::SupervisorStage;
 use bittybuzz_flight::{ImuSample, Vec3};
 use bittybuzz_pmw3901::MotionCounts;
-use bittybuzz_runtime::pose::Pose;
+use bittybuzz_runtime::pose::{LatestPose, Pose};
 use embassy_time::{Duration, Instant};
 
 use super::pilot_desk;
@@ -144,7 +144,12 @@ impl Controller {
         if let Some(pose) = link::FLIGHT_POSE.try_take() {
             match pose {
                 FlightPose::Pose(pose) => self.stack.receive_pose(&pose),
-                FlightPose::Position(position) => self.stack.receive_position(&position),
+                FlightPose::Position(position) => {
+                    if self.stack.receive_position(&position) {
+                        // Scripts get a pose as it was sent, so this place is in the same frame.
+                        self.publish(&link::POSE, Vec3::ZERO);
+                    }
+                }
             }
         } else if let Some(flow) = flow::FLIGHT_SAMPLE.try_take() {
             self.flow_at = Some(Instant::now());
@@ -168,13 +173,18 @@ impl Controller {
     /// Publishes the place that a robot with a flow sensor estimates, as scripts know it: above a robot
     /// that stands at height 0. Without that sensor its place is only the one where it was switched on.
     fn publish_estimate(&self) {
-        let has_flow = self.flow_at.is_some_and(|at| at.elapsed() < FLOW_AGE_MAX);
+        if self.flow_at.is_some_and(|at| at.elapsed() < FLOW_AGE_MAX) {
+            self.publish(&state::ESTIMATE, Vec3::Z * PilotSettings::CRAZYFLIE.standing_m);
+        }
+    }
+
+    /// Publishes the estimated place relative to an origin, if it is known.
+    fn publish(&self, latest: &LatestPose, origin_m: Vec3) {
         let health = self.stack.health();
-        if has_flow && health.is_position_valid && health.is_height_valid {
+        if health.is_position_valid && health.is_height_valid {
             let state = self.stack.state();
-            let standing_m = Vec3::Z * PilotSettings::CRAZYFLIE.standing_m;
-            let place_m = (state.position_m - standing_m).to_array();
-            state::ESTIMATE.set(Pose::new(place_m, state.attitude.to_array()));
+            let place_m = (state.position_m - origin_m).to_array();
+            latest.set(Pose::new(place_m, state.attitude.to_array()));
         }
     }
 

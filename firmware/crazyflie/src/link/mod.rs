@@ -61,7 +61,8 @@ pub struct LinkState {
     can_send: AtomicBool,
 }
 
-/// The robot's pose from a positioning system, sent by the ground station.
+/// The robot's pose from a positioning system, sent by the ground station: as it came, or the estimate
+/// after a position without attitude.
 pub static POSE: LatestPose = LatestPose::new();
 
 /// A measured place of the robot, for the flight controller.
