@@ -27,8 +27,8 @@ use crate::robot::{self, Numbers, function};
 use crate::section::Section;
 use bittybuzz_board::log;
 
-/// The number of steps between two status lines, and that of the steps before the first one, which
-/// says soon after the start that the script runs.
+/// The number of steps between two status lines, and that of the steps from a start or restart to the
+/// first one, which says soon that the script runs.
 const STATUS_STEPS: u32 = 10 * robot::TICK_HZ as u32;
 const FIRST_STATUS_STEPS: u32 = 2 * robot::TICK_HZ as u32;
 
@@ -45,8 +45,8 @@ pub struct Crazyflie {
     status: &'static StatusChannel,
     rng: Rng,
     stopwatch: Option<Instant>,
-    /// The number of steps at the next status line.
-    report_at: u32,
+    /// The number of steps at the next status line; `None` until the script runs.
+    report_at: Option<u32>,
 }
 
 type Result = core::result::Result<Reply<Numbers>, RobotFault>;
@@ -62,8 +62,7 @@ impl Crazyflie {
     ) -> Self {
         let rng = Rng::new(0, robot_id);
         let pilot = ScriptPilot::new(station);
-        let report_at = FIRST_STATUS_STEPS;
-        Crazyflie { leds, setpoint, pilot, status, rng, stopwatch: None, report_at }
+        Crazyflie { leds, setpoint, pilot, status, rng, stopwatch: None, report_at: None }
     }
 
     /// Executes `led(color)` and `led(color, on)`.
@@ -265,8 +264,9 @@ impl RobotHost<Numbers> for Crazyflie {
     fn renew(&mut self, counts: Counts) {
         self.setpoint.renew();
         self.pilot.renew();
-        if counts.steps >= self.report_at {
-            self.report_at = counts.steps - counts.steps % STATUS_STEPS + STATUS_STEPS;
+        let report_at = *self.report_at.get_or_insert(counts.steps + FIRST_STATUS_STEPS);
+        if counts.steps >= report_at {
+            self.report_at = Some(counts.steps - counts.steps % STATUS_STEPS + STATUS_STEPS);
             log::info!(
                 "{=u32} steps, {=u32} ticks missed, longest slice {=u32} us, link {}",
                 counts.steps,
@@ -293,6 +293,7 @@ impl RobotHost<Numbers> for Crazyflie {
     fn restart(&mut self) {
         self.leds.show(0);
         self.stopwatch = None;
+        self.report_at = None;
         self.pilot.set_script_fault(false);
         self.status.signal(Status::Well);
     }

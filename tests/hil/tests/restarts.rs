@@ -226,3 +226,25 @@ function step() {
     assert!((9..=11).contains(&last.len()), "{last:?}");
     assert!(robots.sent(1).iter().all(|(_, message)| FaultReport::of(message).is_none()));
 }
+
+/// A person who looks at the log sees soon that the script runs again.
+#[test]
+fn a_script_that_restarts_reports_its_state_soon() {
+    let script = "\
+function init() { n = 0 }
+function step() { n = n + 1 if(n == 27) n = n / 0 }
+";
+    let mut swarm = Swarm::crazyflies(script, &[1]);
+    // The script fails in its 27th step, starts again a second later, and fails again 2.7 s after that.
+    swarm.run_ms(2_600);
+    let counts = |swarm: &mut Swarm| {
+        let trace_log = &swarm.members()[0].trace_log;
+        let reports = trace_log.firmware.iter().filter(|line| line.contains("ticks missed"));
+        (restarts(trace_log).len(), reports.count())
+    };
+    assert_eq!(counts(&mut swarm), (0, 1));
+    swarm.run_ms(1_600);
+    assert_eq!(counts(&mut swarm), (2, 1));
+    swarm.run_ms(2_000);
+    assert_eq!(counts(&mut swarm), (2, 2));
+}

@@ -80,6 +80,22 @@ fn assert_healthy(robot: &Robot) {
     assert_eq!(errors.collect::<Vec<_>>(), Vec::<&_>::new());
 }
 
+/// A robot whose sensors are disturbed again and again reports its counters as often as any other.
+#[test]
+fn events_of_the_sensors_do_not_delay_the_counters() {
+    let mut robot = started();
+    robot.run_ms(3_000);
+    assert_eq!(counters(&robot).len(), 1);
+    for _ in 0..3 {
+        set_fault(&mut robot, Some(ImuFault::NoAcknowledge));
+        robot.run_ms(1);
+        set_fault(&mut robot, None);
+        robot.run_ms(3_500);
+    }
+    assert!(log(&robot).iter().filter(|line| line.contains("disturbed")).count() >= 3);
+    assert_eq!(counters(&robot).len(), 2, "{:?}", log(&robot));
+}
+
 #[test]
 fn a_sample_comes_every_millisecond() {
     let mut robot = started();

@@ -3,14 +3,15 @@
 use bittybuzz_board::log;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
-use embassy_time::{Duration, with_timeout};
+use embassy_time::{Duration, Instant, with_deadline};
 
 use super::fault::{SampleFault, Sensor, StartFault};
 use super::state;
 use crate::decks::flow;
 use crate::readiness;
 
-/// The time between two lines of counters, and that without an event before the first one.
+/// The time between two lines of counters, and that without an event after which the first one comes
+/// earlier.
 const STATUS: Duration = Duration::from_secs(10);
 const FIRST_STATUS: Duration = Duration::from_secs(2);
 
@@ -44,12 +45,15 @@ pub fn report(event: Event) {
 #[embassy_executor::task]
 pub async fn write_reports() -> ! {
     let mut patience = FIRST_STATUS;
+    let mut due = Instant::now() + STATUS;
     loop {
-        match with_timeout(patience, EVENTS.receive()).await {
+        let until = due.min(Instant::now() + patience);
+        match with_deadline(until, EVENTS.receive()).await {
             Ok(event) => write(event),
             Err(_) => {
                 write_status();
                 patience = STATUS;
+                due = Instant::now() + STATUS;
             }
         }
     }
