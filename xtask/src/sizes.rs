@@ -188,9 +188,9 @@ mod tests {
 
     #[test]
     fn the_budget_is_that_of_the_robot_file() {
-        assert!(check(&crazyflie(278_528, 66_560)).is_ok());
-        let failure = check(&crazyflie(278_529, 66_561)).unwrap_err().to_string();
-        assert!(failure.contains("flash 278529 > 278528"), "{failure}");
+        assert!(check(&crazyflie(241_664, 66_560)).is_ok());
+        let failure = check(&crazyflie(241_665, 66_561)).unwrap_err().to_string();
+        assert!(failure.contains("flash 241665 > 241664"), "{failure}");
         assert!(failure.contains("ram 66561 > 66560"), "{failure}");
     }
 
