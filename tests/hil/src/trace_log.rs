@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use bittybuzz_comms::trace::{PrintedValue, Record, Unused};
+use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_trace_reader::{MessageContent, Table, TraceReader};
 
 use crate::table::zooids;
@@ -23,6 +24,8 @@ pub struct TraceLog {
     /// Records other than start, log and these, as they were decoded.
     pub records: Vec<String>,
     reader: TraceReader,
+    /// The symbols of the script; without them its strings stay numbers.
+    symbols: Option<Symbols>,
 }
 
 impl TraceLog {
@@ -34,16 +37,24 @@ impl TraceLog {
 
     /// Returns the log of a Crazyflie with these events.
     pub fn of_events(events: &[TimedEvent]) -> Self {
-        let mut trace_log = TraceLog::of_crazyflie();
+        TraceLog::of_crazyflie().with(events)
+    }
+
+    /// Returns the log of a Crazyflie that runs the script with these symbols.
+    pub fn of_script(events: &[TimedEvent], symbols: &Symbols) -> Self {
+        TraceLog { symbols: Some(symbols.clone()), ..TraceLog::of_crazyflie() }.with(events)
+    }
+
+    fn with(mut self, events: &[TimedEvent]) -> Self {
         for event in events {
             match &event.event {
-                EmulatorEvent::Rtt { bytes } => trace_log.read(bytes),
+                EmulatorEvent::Rtt { bytes } => self.read(bytes),
                 // A record that was under way never comes.
-                EmulatorEvent::Reset { .. } => trace_log.restart(),
+                EmulatorEvent::Reset { .. } => self.restart(),
                 _ => {}
             }
         }
-        trace_log
+        self
     }
 
     /// Returns the empty log of a Zooid.
@@ -54,7 +65,8 @@ impl TraceLog {
 
     fn new(table: Arc<Table>) -> Self {
         let (log, firmware, records, unused) = (vec![], vec![], vec![], Unused::default());
-        TraceLog { log, firmware, records, unused, lost: 0, reader: TraceReader::new(table) }
+        let reader = TraceReader::new(table);
+        TraceLog { log, firmware, records, unused, lost: 0, reader, symbols: None }
     }
 
     /// Discards an incomplete message and the counts, since the power was off.
@@ -79,8 +91,9 @@ impl TraceLog {
         match Record::decode(record).expect("a record") {
             Record::Start { .. } => {}
             Record::Log { items, .. } => {
-                let items = items.map(|item| text_of(item.expect("an item")));
-                self.log.push((at, items.collect()));
+                let items = items.map(|item| self.text_of(item.expect("an item")));
+                let items = items.collect();
+                self.log.push((at, items));
             }
             Record::Unused(unused) => self.unused = unused,
             Record::Lost(lost) => self.lost += u64::from(lost),
@@ -93,19 +106,23 @@ impl TraceLog {
             record => self.records.push(format!("{record:?}")),
         }
     }
+
+    fn text_of(&self, item: PrintedValue<'_>) -> String {
+        match item {
+            PrintedValue::Nil => "nil".to_owned(),
+            PrintedValue::Int(value) => value.to_string(),
+            PrintedValue::Float(value) => value.to_string(),
+            PrintedValue::String(number) => {
+                let text = self.symbols.as_ref().and_then(|symbols| symbols.string(number));
+                text.map_or_else(|| format!("{item:?}"), str::to_owned)
+            }
+            other => format!("{other:?}"),
+        }
+    }
 }
 
 /// The messages of an image.
 fn messages(path: &Path) -> Arc<Table> {
     let elf = std::fs::read(path).expect("the image is there");
     Arc::new(Table::parse(&elf).expect("it can be read").expect("it has defmt messages"))
-}
-
-fn text_of(item: PrintedValue<'_>) -> String {
-    match item {
-        PrintedValue::Nil => "nil".to_owned(),
-        PrintedValue::Int(value) => value.to_string(),
-        PrintedValue::Float(value) => value.to_string(),
-        other => format!("{other:?}"),
-    }
 }

@@ -7,6 +7,7 @@ mod barriers;
 mod battery;
 mod behaviors;
 mod board;
+mod bring_up;
 mod brown_out;
 mod cable;
 mod configuration;
