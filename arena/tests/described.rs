@@ -169,9 +169,11 @@ fn sensors_measure_the_world() {
         expect("c", 1.0, 0.0),
     ];
     let mut battery = None;
-    let summary = run_with(&folder, &text.concat(), 1, |run| battery = run.battery_mv(0));
+    let summary = run_with(&folder, &text.concat(), 1, |run| battery = run.battery(0));
     assert!(summary.is_success(), "{:?}\n{:?}", summary.convergences, summary.faults);
-    close(battery.unwrap().into(), 4000.0 - 5.1 * 1000.0 / 60.0, 1.0);
+    let battery = battery.unwrap();
+    close(battery.millivolts.into(), 4000.0 - 5.1 * 1000.0 / 60.0, 1.0);
+    close(battery.charge.unwrap(), 1.0 - 5.1 / 60.0, 0.001);
 }
 
 /// A robot at (300, -200) that looks along y and drives ahead at 50 mm/s: its tables have the place in the step before it

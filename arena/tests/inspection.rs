@@ -83,9 +83,9 @@ fn the_battery_is_the_one_that_the_script_reads() {
     run_with(&folder, text, 1, |run| {
         let memory = run.inspect(0, Limits::NONE).unwrap();
         if let ScriptValue::Int(mv) = global(&memory, "mv") {
-            read.push((f64::from(run.battery_mv(0).unwrap()), f64::from(*mv)));
+            read.push((f64::from(run.battery(0).unwrap().millivolts), f64::from(*mv)));
         }
-        assert_eq!(run.battery_mv(1), None);
+        assert_eq!(run.battery(1), None);
     });
     let flown = |seconds: f64| 4150.0 - (4150.0 - 3200.0) * seconds / 420.0;
     let (known, sensed) = read[600];

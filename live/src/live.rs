@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use bittybuzz_arena::engine::Pose;
 use bittybuzz_arena::output::recorder;
+use bittybuzz_arena::robot::BatteryState;
 use bittybuzz_arena::run::{Session, TICKS_PER_SECOND, Verdict};
 use bittybuzz_arena::scenario::{Quantity, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::explain::explain;
@@ -18,9 +19,9 @@ use crate::faults;
 use crate::hand_in::{HandIn, TextFile};
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExpectationEvent, ExplanationEvent,
-    FailedEvent, InspectionEvent, PageEvent, ScenarioEvent, ScriptsDescription, StateEvent,
-    TrialsEvent,
+    BatteryDescription, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExpectationEvent,
+    ExplanationEvent, FailedEvent, InspectionEvent, PageEvent, ScenarioEvent, ScriptsDescription,
+    StateEvent, TrialsEvent,
 };
 use crate::request::{Request, Texts};
 use crate::samples::Samples;
@@ -491,7 +492,9 @@ impl Live {
             memory,
             fault: last.map(describe),
             at_fault: last.and_then(|last| last.content.as_deref()).map(content),
-            battery_mv: run.battery_mv(robot),
+            battery: run.battery(robot).map(|BatteryState { millivolts, charge }| {
+                BatteryDescription { millivolts, charge }
+            }),
             estimate: run.view(robot).and_then(|view| view.estimate).map(place),
         };
         self.events.push(PageEvent::Inspection(Box::new(event)));

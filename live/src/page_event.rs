@@ -397,9 +397,19 @@ pub struct InspectionEvent {
     /// The memory at that fault, which the robot has forgotten since; `None` if the machine runs in
     /// an emulator.
     pub at_fault: Option<MemoryDescription>,
-    pub battery_mv: Option<u16>,
+    pub battery: Option<BatteryDescription>,
     /// The place in mm at which the robot believes to be; an emulated one reports it by radio.
     pub estimate: Option<[f64; 3]>,
+}
+
+/// The battery of a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct BatteryDescription {
+    /// Voltage in mV.
+    pub millivolts: u16,
+    /// Remaining charge, 0 to 1; `None` if only the voltage is known.
+    pub charge: Option<f32>,
 }
 
 /// Messages by their fate. Each is the number of the sender and that of the receiver.

@@ -29,6 +29,12 @@ count = 3
 first_id = 4
 positions = [[-1000, 0], [0, 0], [1000, 0]]
 
+[[robots]]
+robot = "rover.toml"
+script = "s.bzz"
+positions = [[0, 1000]]
+first_id = 9
+
 [[event]]
 at = 1
 displace = 4
@@ -37,6 +43,28 @@ by = [200, -50]
 [[event]]
 at = 2
 relabel = [5, 6]
+
+[[event]]
+at = 3
+battery = 4
+volts = 3.5
+"""
+
+# Its battery is empty after a minute.
+ROVER = """name = "rover"
+
+[body]
+drive = "unicycle"
+radius_mm = 40
+speed_mm_s = 100
+turn_deg_s = 90
+
+[[sensor]]
+name = "cell"
+kind = "battery"
+full_mv = 4000
+empty_mv = 3000
+minutes = 1
 """
 
 
@@ -44,6 +72,7 @@ relabel = [5, 6]
 def page(window, tmp_path):
     (tmp_path / "s.bzz").write_text("function step() { }\n")
     (tmp_path / "s.toml").write_text(SCENARIO)
+    (tmp_path / "rover.toml").write_text(ROVER)
     process = show(tmp_path)
     window.problems.clear()
     window.goto(process.url)
@@ -91,3 +120,20 @@ def test_the_panel_shows_where_the_robot_believes_to_be(page):
     expect(shown).to_have_text(re.compile(r"^-?\d+, -?\d+, -?\d+ mm \(\d+ mm away\)$"))
     far = int(re.search(r"\((\d+) mm away", shown.inner_text())[1])
     assert far < 250
+
+
+def test_the_panel_shows_the_battery(page):
+    battery = page.locator("#robot dl > div", has=page.locator("dt", has_text="Battery"))
+    page.locator("#canvas").press("n")
+    go(page, 25)
+    # A full cell of 4.2 V feeds the electronics.
+    expect(battery.locator("dd")).to_have_text(re.compile(r"^4\.1\d V$"))
+    go(page, 35)
+    # The event sets the voltage, and says nothing of the charge.
+    expect(battery.locator("dd")).to_have_text("3.50 V")
+    expect(battery.locator("meter")).to_have_count(0)
+    for _ in range(3):
+        page.locator("#canvas").press("n")
+    go(page, 300)
+    expect(battery.locator("dd")).to_have_text("3.50 V, 50 % left")
+    assert float(battery.locator("meter").get_attribute("value")) == 0.5

@@ -9,7 +9,7 @@ use bittybuzz_vm_core::{Fault, ImageError, NetworkCounters};
 
 use crate::engine::{Brain, Digest, Io};
 
-use super::call::PoseError;
+use super::call::{BatteryState, PoseError};
 use super::checks::{Costs, Findings, MachineChecker};
 use super::clock::ScriptClock;
 use super::content::{ScriptNumber, VariableContent};
@@ -243,10 +243,15 @@ impl SimRobot {
         self.state.clock = ScriptClock::fast_by(ppm);
     }
 
-    /// Returns the voltage of the battery in mV at a time of the run in ms, if it is known.
-    pub fn battery_mv(&self, milliseconds: u64) -> Option<u16> {
+    /// Returns the battery at a time of the run in ms, if it is known.
+    pub fn battery(&self, milliseconds: u64) -> Option<BatteryState> {
         let memory = &self.state.memory;
-        memory.battery_mv.or_else(|| memory.autopilot.as_ref()?.battery_mv(milliseconds))
+        if let Some(millivolts) = memory.battery_mv {
+            return Some(BatteryState { millivolts, charge: None });
+        }
+        let autopilot = memory.autopilot.as_ref()?;
+        let millivolts = autopilot.battery_mv(milliseconds)?;
+        Some(BatteryState { millivolts, charge: autopilot.battery_charge(milliseconds) })
     }
 
     /// Sets the voltage of its battery.

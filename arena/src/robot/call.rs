@@ -57,6 +57,15 @@ pub struct FunctionMemory {
     pub(super) program: ProgramId,
 }
 
+/// The battery of a robot, without the noise of its sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BatteryState {
+    /// Voltage in mV.
+    pub millivolts: u16,
+    /// Remaining charge, 0 to 1; `None` if only the voltage is known, as after an event that sets it.
+    pub charge: Option<f32>,
+}
+
 /// The errors of a source of poses outside of the robots, such as cameras.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoseError {
@@ -80,6 +89,13 @@ pub trait Autopilot: Any + Debug + Send {
     /// Returns the voltage of the battery in mV, without noise, at a time of the run in ms; `None`
     /// if the robot does not measure it.
     fn battery_mv(&self, milliseconds: u64) -> Option<u16> {
+        let _ = milliseconds;
+        None
+    }
+
+    /// Returns the remaining charge of the battery, 0 to 1, at a time of the run in ms; `None` if
+    /// only its voltage is known.
+    fn battery_charge(&self, milliseconds: u64) -> Option<f32> {
         let _ = milliseconds;
         None
     }

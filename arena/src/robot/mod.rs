@@ -27,7 +27,9 @@ mod seen;
 mod state;
 
 pub use brain::SimRobot;
-pub use call::{Autopilot, CallNumbers, Done, Effect, FunctionMemory, PoseError, RobotCall};
+pub use call::{
+    Autopilot, BatteryState, CallNumbers, Done, Effect, FunctionMemory, PoseError, RobotCall,
+};
 pub use content::{ScriptNumber, VariableContent};
 pub use context::GroupContext;
 pub(crate) use context::step_rates;

@@ -4,7 +4,7 @@
 use std::fmt;
 
 use crate::engine::{LinkStatistics, Loss, Medium, RobotId, World};
-use crate::robot::SimRobot;
+use crate::robot::{BatteryState, SimRobot};
 use crate::scenario::{Scenario, ScenarioError};
 
 use super::event_queue::EventQueue;
@@ -39,6 +39,10 @@ impl Fleets {
     }
 
     pub fn set_battery(&mut self, _: RobotId, _: u16) -> Result<(), FirmwareError> {
+        match *self {}
+    }
+
+    pub fn battery(&self, _: RobotId) -> Option<BatteryState> {
         match *self {}
     }
 

@@ -39,7 +39,8 @@ use crate::engine::{
 };
 use crate::robot::checks::Findings;
 use crate::robot::{
-    FaultCounts, LogLine, News, PoseError, PostMortem, ProgramId, ScriptNumber, SimRobot,
+    BatteryState, FaultCounts, LogLine, News, PoseError, PostMortem, ProgramId, ScriptNumber,
+    SimRobot,
 };
 use crate::scenario::{
     Adversary, Backend, Quantity, Reduction, ScenarioCause, ScenarioError, Selection, Swarm,
@@ -406,12 +407,15 @@ impl Simulation {
         self.robot(number)?.inspect(self.program(number).symbols.as_ref(), limits)
     }
 
-    /// Returns the voltage of a robot's battery in mV, without the noise of its sensor. Returns
-    /// `None` if its model has no battery and no event has set the voltage, and for a robot that
-    /// runs its firmware.
-    pub fn battery_mv(&self, number: usize) -> Option<u16> {
+    /// Returns the battery of a robot. Returns `None` if its model has no battery and no event has
+    /// set the voltage; of the robots that run their firmware, only those that fly have one.
+    pub fn battery(&self, number: usize) -> Option<BatteryState> {
+        let id = self.event_queue.id(number)?;
+        if let Some(emulated) = self.fleets.as_ref().and_then(|fleets| fleets.battery(id)) {
+            return Some(emulated);
+        }
         let milliseconds = self.now() * u64::from(TICK_US / 1000);
-        self.robot(number)?.battery_mv(milliseconds)
+        self.robot(number)?.battery(milliseconds)
     }
 
     /// Returns the numbers of the robots whose poses from outside are wrong, with the errors.

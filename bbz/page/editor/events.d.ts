@@ -8,6 +8,16 @@ export type AssignmentDescription = { title: string,
  */
 text: string, };
 
+export type BatteryDescription = { 
+/**
+ * Voltage in mV.
+ */
+millivolts: number, 
+/**
+ * Remaining charge, 0 to 1; `null` if only the voltage is known.
+ */
+charge: number | null, };
+
 export type BeginEvent = { 
 /**
  * Present for a recording.
@@ -297,7 +307,7 @@ fault: FaultEvent | null,
  * The memory at that fault, which the robot has forgotten since; `null` if the machine runs in
  * an emulator.
  */
-at_fault: MemoryDescription | null, battery_mv: number | null, 
+at_fault: MemoryDescription | null, battery: BatteryDescription | null, 
 /**
  * The place in mm at which the robot believes to be; an emulated one reports it by radio.
  */

@@ -142,9 +142,11 @@ export class RobotPanel {
             const away = Math.hypot(...estimate.map((mm, axis) => mm - [x, y, z][axis]));
             rows.push(row(texts.estimate, texts.estimateOf(...estimate, away)));
         }
-        const battery = this.inspection?.battery_mv ?? null;
+        const battery = this.inspection?.battery ?? null;
         if (battery !== null) {
-            rows.push(row(texts.battery, texts.volts(battery)));
+            const { millivolts, charge } = battery;
+            rows.push(row(texts.battery, ...(charge === null ? [] : [element("meter", { min: 0, max: 1, value: charge }), " "]),
+                texts.batteryOf(millivolts, charge)));
         }
         const memory = this.inspection?.memory;
         if (memory) {

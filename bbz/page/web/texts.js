@@ -62,11 +62,13 @@ export const texts = {
     robot: (/** @type {number | null} */ id) => `Robot ${id}`,
     state: "State", states: ["running", "stopped", "failed", "stopped by an error"],
     group: "Group", script: "Script", place: "Place", memory: "Memory",
-    placeOf: (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ z, /** @type {number} */ degrees) => `(${x.toFixed(1)}, ${y.toFixed(1)}${z ? `, ${z.toFixed(1)}` : ""}) mm, ${degrees.toFixed(0)}°`,
+    placeOf: (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ z, /** @type {number} */ degrees) => `(${x.toFixed(1)}, ${y.toFixed(1)}${z ? `, ${z.toFixed(1)}` : ""}) mm, ${Math.round(degrees) % 360}°`,
     estimate: "Estimate",
     /** @type {(x: number, y: number, z: number, away: number) => string} */
-    estimateOf: (x, y, z, away) => `${x.toFixed(0)}, ${y.toFixed(0)}, ${z.toFixed(0)} mm (${away.toFixed(0)} mm away)`,
-    battery: "Battery", volts: (/** @type {number} */ millivolts) => `${(millivolts / 1000).toFixed(2)} V`,
+    estimateOf: (x, y, z, away) => `${Math.round(x)}, ${Math.round(y)}, ${Math.round(z)} mm (${Math.round(away)} mm away)`,
+    battery: "Battery",
+    /** @type {(millivolts: number, charge: number | null) => string} */
+    batteryOf: (millivolts, charge) => `${(millivolts / 1000).toFixed(2)} V${charge === null ? "" : `, ${Math.round(charge * 100)} % left`}`,
     memoryOf: (/** @type {number} */ used, /** @type {number} */ all) => `${used} of ${all} slots`,
     fail: "Fail", failHelp: "No motor, no message, no step until it is restarted",
     stop: "Stop", stopHelp: "No motor, no message, no step until it resumes",

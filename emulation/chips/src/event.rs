@@ -83,7 +83,7 @@ pub enum BoardEvent {
     HardwareError(HardwareError),
 }
 
-/// The true motion of a robot's body.
+/// The true motion of a robot's body, and its battery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyMotion {
     /// Position of the center of mass in the world frame, in m; z is up.
@@ -94,6 +94,10 @@ pub struct BodyMotion {
     pub attitude: [f64; 4],
     /// True once the robot crashed.
     pub has_crashed: bool,
+    /// Voltage of the battery under load, in V.
+    pub battery_volts: f64,
+    /// Remaining charge of the battery, 0 to 1; `None` while a command fixes the voltage.
+    pub battery_charge: Option<f64>,
 }
 
 /// A program that receives new firmware.

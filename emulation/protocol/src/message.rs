@@ -538,6 +538,11 @@ pub enum EmulatorEvent {
         attitude: [f64; 4],
         /// True once the robot crashed.
         crashed: bool,
+        /// Voltage of the battery under load, in V.
+        battery_volts: f64,
+        /// Remaining charge of the battery, 0 to 1; missing after the command `battery`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        battery_charge: Option<f64>,
     },
     /// The firmware sent a syslink frame.
     Syslink {
@@ -670,8 +675,22 @@ impl From<chips::BoardEvent> for EmulatorEvent {
                 EmulatorEvent::Motor { number, duty, frequency_hz }
             }
             chips::BoardEvent::Motion(motion) => {
-                let chips::BodyMotion { position_m, velocity_m_s, attitude, has_crashed } = motion;
-                EmulatorEvent::Motion { position_m, velocity_m_s, attitude, crashed: has_crashed }
+                let chips::BodyMotion {
+                    position_m,
+                    velocity_m_s,
+                    attitude,
+                    has_crashed: crashed,
+                    battery_volts,
+                    battery_charge,
+                } = motion;
+                EmulatorEvent::Motion {
+                    position_m,
+                    velocity_m_s,
+                    attitude,
+                    crashed,
+                    battery_volts,
+                    battery_charge,
+                }
             }
             chips::BoardEvent::Syslink { kind, payload, intact } => {
                 EmulatorEvent::Syslink { kind, payload, intact }

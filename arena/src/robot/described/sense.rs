@@ -68,6 +68,16 @@ impl Autopilot for Senses {
         })
     }
 
+    fn battery_charge(&self, milliseconds: u64) -> Option<f32> {
+        self.sensors.iter().find_map(|sensor| match sensor.kind {
+            SensorKind::Battery { minutes, .. } => {
+                let used = milliseconds as f64 / (minutes * 60_000.0);
+                Some((1.0 - used).max(0.0) as f32)
+            }
+            _ => None,
+        })
+    }
+
     /// Stops a robot whose battery is empty; a flying robot falls.
     fn tick(&mut self, io: &mut Io<'_>, _: Option<u16>) {
         if self.is_empty(io) {

@@ -10,7 +10,7 @@ use bittybuzz_comms::syslink::{SWARM_PORT, SwarmFrame};
 use bittybuzz_emulation::message::{Command, EmulatorEvent, TimedEvent};
 
 use crate::engine::{Pose, RobotId, World};
-use crate::robot::{Emulation, Piece, SimRobot};
+use crate::robot::{BatteryState, Emulation, Piece, SimRobot};
 
 use super::table::Motion;
 use super::trace_events::{TraceEvent, TraceEventReader};
@@ -45,6 +45,8 @@ pub(super) struct Emulated {
     pub(super) is_on: bool,
     /// True once its body has crashed.
     pub(super) has_crashed: bool,
+    /// The battery of its body, once the body has reported it.
+    pub(super) battery: Option<BatteryState>,
     /// The pool's numbers of the robots that it is cut off from.
     pub(super) deaf_to: BTreeSet<usize>,
     /// The command by which a person permits it to fly, until it accepts it.
@@ -159,8 +161,14 @@ impl Emulated {
                 position_m: [x, y, z],
                 attitude: [qx, qy, qz, qw],
                 crashed,
+                battery_volts,
+                battery_charge,
                 ..
             } => {
+                self.battery = Some(BatteryState {
+                    millivolts: (battery_volts * 1000.0) as u16,
+                    charge: battery_charge.map(|charge| charge as f32),
+                });
                 // The direction of the body's x axis, seen from above.
                 let ahead = 1.0 - 2.0 * (qy * qy + qz * qz);
                 let left = 2.0 * (qx * qy + qw * qz);

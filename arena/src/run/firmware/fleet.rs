@@ -12,7 +12,7 @@ use bittybuzz_emulation::message::{Command, EmulatorEvent, TimedEvent};
 use bittybuzz_toml_reader::Place;
 
 use crate::engine::{LinkStatistics, Loss, Media, Medium, Pose, RobotId, RobotState, World};
-use crate::robot::{Emulation, SimRobot};
+use crate::robot::{BatteryState, Emulation, SimRobot};
 
 use super::bridge::Bridge;
 use super::emulated::Emulated;
@@ -131,6 +131,7 @@ impl EmulatedFleet {
                 is_image: firmware.is_image,
                 is_on: true,
                 has_crashed: false,
+                battery: None,
                 deaf_to: BTreeSet::new(),
                 sensed: None,
                 reader: firmware.messages.clone().map(TraceEventReader::new),
@@ -187,6 +188,11 @@ impl EmulatedFleet {
         let volts = f32::from(millivolts) / 1000.0;
         let battery = Command::Battery { volts, charging: false, usb_powered: false };
         self.pool.execute_on(number, &battery)
+    }
+
+    /// Returns the battery of a robot that flies here.
+    pub fn battery(&self, id: RobotId) -> Option<BatteryState> {
+        self.robots[self.number(id)?].battery
     }
 
     /// Cuts a robot's power. [`settle`](Self::settle) restores it if the robot runs in the world.

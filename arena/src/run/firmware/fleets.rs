@@ -6,7 +6,7 @@ use std::time::Duration;
 use bittybuzz_emulation::ClientError;
 
 use crate::engine::{LinkStatistics, Loss, Medium, Pose, RobotId, TICK_US, World};
-use crate::robot::SimRobot;
+use crate::robot::{BatteryState, SimRobot};
 use crate::run::event_queue::EventQueue;
 use crate::run::settings::media;
 use crate::run::setup::Setup;
@@ -81,6 +81,11 @@ impl Fleets {
     /// Sets the battery voltage of a robot, if it is emulated.
     pub fn set_battery(&mut self, id: RobotId, millivolts: u16) -> Result<(), ClientError> {
         self.fleets.iter_mut().try_for_each(|fleet| fleet.set_battery(id, millivolts))
+    }
+
+    /// Returns the battery of a robot that flies in an emulator.
+    pub fn battery(&self, id: RobotId) -> Option<BatteryState> {
+        self.fleets.iter().find_map(|fleet| fleet.battery(id))
     }
 
     /// Cuts a robot's power. [`settle`](Self::settle) restores it if the robot runs in the world.

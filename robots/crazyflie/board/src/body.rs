@@ -143,6 +143,11 @@ impl FlightBody {
                 velocity_m_s: state.velocity_m_s.to_array(),
                 attitude: state.attitude.to_array(),
                 has_crashed: self.drone.has_crashed(),
+                battery_volts: self.drone.battery_volts(),
+                battery_charge: match self.drone.power() {
+                    PowerSource::Battery { charge } => Some(charge),
+                    PowerSource::Constant { .. } => None,
+                },
             }),
         }
     }
@@ -298,6 +303,12 @@ mod tests {
         let sensed: Vec<Sensed> = (0..300).map(|_| body.step([0.8; 4])).collect();
         let last = sensed.iter().filter_map(|one| one.motion).next_back().expect("reports");
         assert!(last.position_m[2] > 0.035 && !last.has_crashed, "{last:?}");
-        assert!(body.battery_volts() < idle_volts - 0.2);
+        assert!(last.battery_volts < idle_volts - 0.2, "{last:?}");
+        let charge = last.battery_charge.expect("the battery gives the power");
+        assert!((0.99..1.0).contains(&charge), "{charge}");
+        body.set_battery_volts(3.5);
+        let sensed: Vec<Sensed> = (0..20).map(|_| body.step([0.8; 4])).collect();
+        let last = sensed.iter().filter_map(|one| one.motion).next_back().expect("reports");
+        assert_eq!((last.battery_volts, last.battery_charge), (3.5, None));
     }
 }
