@@ -57,7 +57,8 @@ fn robots_stand_at_their_places_in_every_run() {
         for (number, place) in [[300.0, -200.0], [-400.0, 100.0]].into_iter().enumerate() {
             let pose = simulation.view(number).unwrap().pose;
             let away = (pose.x - place[0]).hypot(pose.y - place[1]);
-            assert!(away < 1.0 && (1.0..40.0).contains(&pose.z), "{pose:?}");
+            // As in a virtual machine, a robot on the floor has height 0.
+            assert!(away < 1.0 && pose.z < 1.0, "{pose:?}");
             assert!((pose.heading.to_degrees() - 90.0).abs() < 1.0, "{pose:?}");
         }
         assert_eq!(simulation.take_log(), [], "the image breaks no rule of the chip");
