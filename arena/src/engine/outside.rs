@@ -40,8 +40,8 @@ impl<B: Brain> World<B> {
         Ok(light::reading(&self.poses[index], self.settings.ambient_light, &self.lights))
     }
 
-    /// Returns the distances in mm from a robot's middle to what its Multi-ranger deck meets to the
-    /// front, left, back and right; `None` for nothing in reach.
+    /// Returns the distances in mm from a robot's middle to the nearest obstacle of its Multi-ranger
+    /// deck to the front, left, back and right; `None` without one in reach.
     pub fn ranges(&self, id: RobotId) -> Result<[Option<f32>; 4], UnknownRobot> {
         let index = self.index(id)?;
         let World { settings, obstacles, crowd, poses, .. } = self;
