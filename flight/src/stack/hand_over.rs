@@ -1,6 +1,6 @@
 //! Plans elsewhere: a copy of the flight controller takes the commands, and hands them over.
 //!
-//! The search for a plan takes up to 0.6 ms on a Crazyflie, and a tick has to end 0.95 ms after its
+//! The search for a plan takes up to 0.8 ms on a Crazyflie, and a tick has to end 0.95 ms after its
 //! sample. [`FlightStack::plan_elsewhere`] therefore keeps searches out of the ticks. Between two
 //! ticks the owner
 //!

@@ -1,6 +1,6 @@
 //! The copy of the flight controller on which tasks of the thread executor give commands and make plans.
 //!
-//! A plan takes up to 0.6 ms, and a flight that waited for it would be late. The copy is a single
+//! A plan takes up to 0.8 ms, and a flight that waited for it would be late. The copy is a single
 //! one. It lies with the flight task's last content ([`lend`]), or with a task's commands for the
 //! flight task; whoever works on it has taken it, so nobody waits for anybody. The flight task runs
 //! in an interrupt and never while it would have to wait for a copy in use: it leaves that one to its
