@@ -134,6 +134,21 @@ def test_play_leads_to_the_line_and_the_values_of_a_fault(page):
         assert page.folder not in page.locator("body").inner_text(), tab
 
 
+def test_an_error_leads_nobody_away_from_a_name_half_typed(page):
+    page.click("#tab-tests")
+    name = page.get_by_label("Your name")
+    name.press_sequentially("Ad")
+    # Space would be a part of the name.
+    page.evaluate("document.querySelector('#play').click()")
+    expect(page.locator("#status")).to_have_text("Robot 12 stopped by an error.")
+    name.press_sequentially("a")
+    expect(name).to_have_value("Ada")
+    # The place is marked for later.
+    page.click("#tab-script")
+    assert marked_line(page) == (LINE, "total + speeds[i]")
+    expect(page.locator("#fault")).to_contain_text("Robot 12 at 1.0 s")
+
+
 def test_the_log_shows_message_values_and_help_and_leads_to_the_line(page):
     page.click("#play")
     expect(page.locator("#fault")).to_be_visible()

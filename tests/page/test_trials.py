@@ -89,6 +89,8 @@ def test_a_hand_in_is_graded(page, session, tmp_path):
     page.locator("#script-name").select_option("s.bzz")
     write(page, SCRIPT.replace("n + 1", "n + 2"))
     page.click("#run")
+    # The run of an assignment stops at an error, and the page leads to it.
+    expect(page.locator("#status")).to_have_text("Robot 7 stopped by an error.")
     expect(page.locator("#clock")).to_contain_text("s of 50.0 s")
     page.click("#tab-tests")
     page.get_by_label("Your name").fill("Ada")

@@ -189,10 +189,12 @@ const handlers = {
         timeLine.mark("fault", event.tick, `${texts.robot(robots.ids[event.robot])}: ${event.message}`);
     },
     stopped({ fault, others }) {
-        choose(fault.robot);
+        // Who works in a panel, in the middle of a name for example, stays there: the status tells the error.
+        const isBusy = part(tabs.shown).contains(document.activeElement);
+        (isBusy ? select : choose)(fault.robot);
         const place = editedPlace(fault);
         if (place) {
-            openPlace(fault, place);
+            (isBusy ? markPlace : openPlace)(fault, place);
         }
         showStatus(texts.stoppedBy(robots.ids[fault.robot], fault.consequence === "contained", others));
     },
@@ -318,16 +320,22 @@ function showDefect(text) {
     showStatus("");
 }
 
+// Chooses a robot and shows its panel, unless the script is in sight.
 /** @param {number | null} robot */
 function choose(robot) {
+    select(robot);
+    if (tabs.shown !== "script") {
+        tabs.show("robot");
+    }
+}
+
+/** @param {number | null} robot */
+function select(robot) {
     view.choose(robot);
     curve.changed();
     panel.choose(robot);
     panel.showCompared(view.compared);
     editor.choose(robot === null ? null : robots.ids[robot]);
-    if (tabs.shown !== "script") {
-        tabs.show("robot");
-    }
     watch({ inspect: { robot } });
 }
 
@@ -346,6 +354,15 @@ function compare(robot) {
  */
 function openPlace(fault, place) {
     tabs.show("script");
+    markPlace(fault, place);
+}
+
+// Marks the place of a fault in the editor.
+/**
+ * @param {FaultEvent} fault
+ * @param {FaultPlace} place
+ */
+function markPlace(fault, place) {
     const robot = texts.robotAt(robots.ids[fault.robot], fault.tick / (world?.ticks_per_second ?? 1));
     editor.showFault({ fault, place, robot });
 }
