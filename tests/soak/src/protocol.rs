@@ -1,28 +1,35 @@
-//! Small mistakes in the files of the protocol between robots, made by cargo-mutants, each of which a test must find.
+//! Small mistakes in the files of the protocol between robots, listed by cargo-mutants, each of which a test must find.
 //!
-//! They are made in copies of the sources, one after the other in the same target folder: a build compiles only code that
-//! depends on the changed function. The quick tests find most of them, built without optimization, since the build takes
-//! longest; the tests that take long try those that are left. A mistake that was found counts as found until its file or
-//! a test changes.
+//! A build for one mistake takes ten seconds of a processor, and there are two thousand. So the test programs are built once,
+//! with all mistakes, and an environment variable chooses one when they start. Mistakes in values that the compiler computes,
+//! and those that do not compile next to the others, are left to cargo-mutants, which builds each. The quick tests try all of
+//! them, the tests that take long those that are left.
 
+mod combined;
+mod found;
+mod mistake;
+mod trial;
+
+use super::Verdict;
 use super::survivors::SURVIVORS;
-use super::{Record, Verdict};
-use crate::sources::Sources;
 use anyhow::{Result, ensure};
 use bittybuzz_builds::copy::Copy;
-use bittybuzz_builds::shell::{Invocation, is_installed, target};
+use bittybuzz_builds::shell::{Invocation, is_installed, root, target};
+use found::Found;
 use fs_err as fs;
+use mistake::Mistake;
 use std::collections::BTreeMap;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::process::Output;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
+use std::time::Duration;
 
 /// Files, and the tests that find mistakes in them.
 struct Group {
     name: &'static str,
-    /// Items of evidence. Each is a shard for each worker, of some 15 mistakes.
-    items: usize,
     files: &'static [&'static str],
     packages: &'static [&'static str],
     /// Test programs of these packages.
@@ -35,7 +42,6 @@ struct Group {
 const GROUPS: [Group; 2] = [
     Group {
         name: "machine",
-        items: 32,
         files: &[
             "vm-core/src/machine/network/advertise.rs",
             "vm-core/src/machine/network/conflicts.rs",
@@ -56,7 +62,6 @@ const GROUPS: [Group; 2] = [
     },
     Group {
         name: "messages",
-        items: 18,
         files: &["vm-core/src/message/*.rs", "vm-core/src/network.rs", "vm-core/src/stamp.rs"],
         packages: &["bittybuzz-vm-core", "bittybuzz-comms", "bittybuzz-tests"],
         programs: &["vm-core", "comms", "tests"],
@@ -74,7 +79,7 @@ const GROUPS: [Group; 2] = [
     },
 ];
 
-/// Shards that are tried at the same time, each in a copy of its own.
+/// Mistakes that are tried at the same time.
 const WORKERS: usize = 2;
 
 /// Path prefixes of the tests.
@@ -93,7 +98,7 @@ pub const MADE_OF: &[&str] = &[
     "vm-core/src/network.rs",
     "vm-core/src/stamp.rs",
     "vm-core/tests/",
-    "tests/soak/src/protocol.rs",
+    "tests/soak/src/protocol",
     "tests/soak/src/survivors.rs",
 ];
 
@@ -103,71 +108,59 @@ struct Tests {
     optimization: u8,
     /// True for the tests of [`ENDURANCE`], false for all others of a group.
     are_long: bool,
-    /// Seconds after which a mistake counts as found, since the tests do not end.
-    patience: &'static str,
+    /// A mistake with which the tests take longer counts as found.
+    patience: Duration,
 }
 
 /// The module whose tests take long.
 const ENDURANCE: &str = "endurance::";
 
-/// They take a second.
-const QUICK: Tests = Tests { optimization: 0, are_long: false, patience: "60" };
+/// They take seconds without optimization, which would take long with all mistakes.
+const QUICK: Tests = Tests { optimization: 0, are_long: false, patience: Duration::from_secs(60) };
 
-/// They take ten.
-const LONG: Tests = Tests { optimization: 2, are_long: true, patience: "120" };
+/// They take ten seconds with optimization.
+const LONG: Tests = Tests { optimization: 2, are_long: true, patience: Duration::from_secs(120) };
 
-/// The sources as they are: the tests must pass with them, or they would find anything.
-const UNCHANGED: &str = "unchanged";
+/// The evidence of a mistake that a test finds.
+const BY_A_TEST: &str = "found by a test";
+/// The evidence of a mistake with which the tests do not end.
+const WITHOUT_END: &str = "found by tests that did not end";
 
-/// Items of all groups.
+/// Files of cargo-mutants with the names of mistakes, one in a line, that count as found, and how they were.
+const FOUND: [(&str, &str); 3] =
+    [("caught.txt", BY_A_TEST), ("timeout.txt", WITHOUT_END), ("unviable.txt", "not compiled")];
+
+/// Mistakes that cargo-mutants tries before they are recorded.
+const BATCH: usize = 16;
+
+/// The names of all groups.
 pub fn items() -> Vec<String> {
-    let items = |group: &'static Group| {
-        let items = (0..group.items).map(|item| format!("{item}/{}", group.items));
-        let all = [UNCHANGED.to_owned()].into_iter().chain(items);
-        all.map(|item| format!("{} {item}", group.name))
-    };
-    GROUPS.iter().flat_map(items).collect()
+    GROUPS.iter().map(|group| group.name.to_owned()).collect()
 }
 
-/// Tries the mistakes of one item.
+/// Tries the mistakes of a group.
 pub fn run(item: &str) -> Result<Verdict> {
-    let found = item.split_once(' ').and_then(|(name, number)| {
-        GROUPS.iter().find(|group| group.name == name).map(|group| (group, number))
-    });
-    let Some((group, number)) = found else {
+    let Some(group) = GROUPS.iter().find(|group| group.name == item) else {
         return Ok(Verdict::Missing("no such item".to_owned()));
     };
     ensure!(
         is_installed("cargo-mutants"),
         "a program is missing; please run: cargo install cargo-mutants --locked"
     );
-    if number == UNCHANGED {
-        for tests in [&QUICK, &LONG] {
-            Worker::new(0)?.command(group.tests(tests)).run()?;
+    let list = group.mistakes(&["--list", "--json"]).output(0)?;
+    let all = mistake::list(&String::from_utf8_lossy(&list.stdout))?;
+    let found = group.try_all(&all)?;
+    let mut evidence = BTreeMap::new();
+    let mut missed = Vec::new();
+    for mistake in &all {
+        match found.evidence(&mistake.name)? {
+            Some(how) => *evidence.entry(how).or_insert(0) += 1,
+            None => missed.push(without_place(&mistake.name)),
         }
-        return Ok(Verdict::Shown("all tests pass".to_owned()));
     }
-    let Some(first) = number.split_once('/').and_then(|(item, _)| item.parse::<usize>().ok())
-    else {
-        return Ok(Verdict::Missing("no such item".to_owned()));
-    };
-    let shard = |worker| {
-        let shard = format!("{}/{}", worker * group.items + first, WORKERS * group.items);
-        group.shard(&shard, &Worker::new(worker)?)
-    };
-    let outcomes = thread::scope(|scope| {
-        let workers: Vec<_> =
-            (0..WORKERS).map(|worker| scope.spawn(move || shard(worker))).collect();
-        let outcomes = workers
-            .into_iter()
-            .map(|worker| worker.join().unwrap_or_else(|panic| resume_unwind(panic)));
-        outcomes.collect::<Result<Vec<Outcome>>>()
-    })?;
-    let mut all = Outcome::default();
-    outcomes.into_iter().for_each(|outcome| all.add(outcome));
     let mut unexplained = Vec::new();
-    for mutant in &all.missed {
-        match reason(mutant, &all.missed) {
+    for mutant in &missed {
+        match reason(mutant, &missed) {
             Some(reason) => println!("{mutant}: {reason}"),
             None => unexplained.push(mutant.as_str()),
         }
@@ -175,86 +168,128 @@ pub fn run(item: &str) -> Result<Verdict> {
     if !unexplained.is_empty() {
         return Ok(Verdict::Missing(format!("no test finds: {}", unexplained.join("; "))));
     }
-    let found = all.found.iter().map(|(evidence, count)| format!("{count} {evidence}, "));
-    Ok(Verdict::Shown(format!("{}{} explained", found.collect::<String>(), all.missed.len())))
-}
-
-/// The results for some mistakes.
-#[derive(Default)]
-struct Outcome {
-    /// The number of mistakes found in each way.
-    found: BTreeMap<String, usize>,
-    /// Descriptions of the others, without places.
-    missed: Vec<String>,
-}
-
-impl Outcome {
-    fn add(&mut self, other: Outcome) {
-        for (evidence, count) in other.found {
-            *self.found.entry(evidence).or_default() += count;
-        }
-        self.missed.extend(other.missed);
-    }
-}
-
-/// Files of cargo-mutants with the names of mistakes, one in a line, that count as found, and how they were.
-const FOUND: [(&str, &str); 3] = [
-    ("caught.txt", "found by a test"),
-    ("timeout.txt", "found by tests that did not end"),
-    ("unviable.txt", "not compiled"),
-];
-
-/// Mistakes that were found, with the fingerprints of their files. A mistake moves to another shard when a file before its own
-/// changes, so that the records of all shards count.
-struct Found {
-    sources: Sources,
-    known: BTreeMap<String, String>,
-    record: Record,
-}
-
-impl Found {
-    fn open(shard: &str) -> Result<Found> {
-        let sources = Sources::list()?;
-        let tests = sources.under(TESTS).fingerprint()?;
-        let mut known = BTreeMap::new();
-        let of_shard = |shard: &str| Record::open(&format!("protocol/found/{shard}"), tests);
-        let folder = target()?.join("soak/protocol/found");
-        fs::create_dir_all(&folder)?;
-        for entry in fs::read_dir(folder)? {
-            known.extend(of_shard(&entry?.file_name().to_string_lossy())?.shown);
-        }
-        Ok(Found { record: of_shard(shard)?, sources, known })
-    }
-
-    /// The key of a mistake as its file is today.
-    fn key(&self, name: &str) -> Result<String> {
-        let file = name.split(':').next().unwrap_or_default();
-        Ok(format!("{:016x} {name}", self.sources.under(&[file]).fingerprint()?))
-    }
-
-    fn evidence(&self, name: &str) -> Result<Option<&str>> {
-        Ok(self.known.get(&self.key(name)?).map(String::as_str))
-    }
-
-    fn keep(&mut self, name: &str, evidence: &str) -> Result<()> {
-        let key = self.key(name)?;
-        self.known.insert(key.clone(), evidence.to_owned());
-        self.record.keep(&key, evidence)
-    }
+    let found = evidence.iter().map(|(how, count)| format!("{count} {how}, "));
+    Ok(Verdict::Shown(format!("{}{} explained", found.collect::<String>(), missed.len())))
 }
 
 impl Group {
-    /// The tests alone.
-    fn tests(&self, tests: &Tests) -> Invocation {
+    /// Tries the mistakes that were not found before.
+    fn try_all(&self, all: &[Mistake]) -> Result<Found> {
+        let mut found = Found::open(self.name)?;
+        let (mut chosen, mut single) = (Vec::new(), Vec::new());
+        for mistake in all {
+            if found.evidence(&mistake.name)?.is_some() {
+                continue;
+            }
+            let text = fs::read_to_string(root().join(&mistake.file))?;
+            match mistake.find(&text) {
+                Some(change) => chosen.push((&mistake.file, change.body.start, mistake)),
+                None => single.push(mistake),
+            }
+        }
+        // Those of a function follow each other.
+        chosen.sort_by_key(|&(file, start, _)| (file, start));
+        let mut chosen: Vec<&Mistake> = chosen.into_iter().map(|(_, _, one)| one).collect();
+        for tests in [&QUICK, &LONG] {
+            if chosen.is_empty() {
+                break;
+            }
+            let programs = {
+                let worker = Worker::new("combined")?;
+                trial::build(self, tests, &worker, &mut chosen, &mut single)?
+            };
+            println!("{}: {} in one build, {} alone", self.name, chosen.len(), single.len());
+            programs.ensure_unchanged_passes(self, tests)?;
+            found = self.try_chosen(&programs, tests, &chosen, found)?;
+            let mut left = Vec::new();
+            for mistake in chosen {
+                if found.evidence(&mistake.name)?.is_none() {
+                    left.push(mistake);
+                }
+            }
+            chosen = left;
+        }
+        let single: Vec<String> = single.iter().map(|mistake| pattern(&mistake.name)).collect();
+        for batch in single.chunks(BATCH) {
+            self.try_single(batch, &mut found)?;
+        }
+        Ok(found)
+    }
+
+    /// Runs the programs with each of these mistakes.
+    fn try_chosen(
+        &self,
+        programs: &trial::Programs,
+        tests: &Tests,
+        mistakes: &[&Mistake],
+        found: Found,
+    ) -> Result<Found> {
+        let next = AtomicUsize::new(0);
+        let found = Mutex::new(found);
+        let work = || -> Result<()> {
+            loop {
+                let at = next.fetch_add(1, Ordering::Relaxed);
+                let Some(mistake) = mistakes.get(at) else { return Ok(()) };
+                if let Some(how) = programs.find(self, tests, combined::FIRST + at)? {
+                    found.lock().expect("no thread panics").keep(&mistake.name, how)?;
+                }
+            }
+        };
+        at_once(|_| work())?;
+        Ok(found.into_inner().expect("no thread panics"))
+    }
+
+    /// Lets cargo-mutants try mistakes with these patterns, each in a build of its own.
+    fn try_single(&self, patterns: &[String], found: &mut Found) -> Result<()> {
+        let share = patterns.len().div_ceil(WORKERS).max(1);
+        let shares: Vec<&[String]> = patterns.chunks(share).collect();
+        let outcomes = at_once(|number| match shares.get(number) {
+            Some(share) => self.try_share(&Worker::new(&number.to_string())?, share),
+            None => Ok(Vec::new()),
+        })?;
+        for (name, how) in outcomes.into_iter().flatten() {
+            found.keep(&name, how)?;
+        }
+        Ok(())
+    }
+
+    /// The quick tests on all mistakes, then the long ones on those that are left. Returns the names of those that were found.
+    fn try_share(
+        &self,
+        worker: &Worker,
+        patterns: &[String],
+    ) -> Result<Vec<(String, &'static str)>> {
+        let output = worker.folder.join("outcomes");
+        fs::create_dir_all(&output)?;
+        // 2: a mistake was missed; 3: a test did not end.
+        let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
+        let mut found = Vec::new();
+        let mut left = patterns.to_vec();
+        for tests in [&QUICK, &LONG] {
+            if left.is_empty() {
+                break;
+            }
+            worker.command(self.mutants(tests, &output, &left)).output_if(is_done)?;
+            for (file, how) in FOUND {
+                let names = fs::read_to_string(output.join("mutants.out").join(file))?;
+                found.extend(names.lines().map(|name| (name.to_owned(), how)));
+            }
+            left.retain(|one| found.iter().all(|(name, _)| pattern(name) != *one));
+        }
+        Ok(found)
+    }
+
+    /// Arguments of cargo, which builds the test programs.
+    fn build_arguments(&self, tests: &Tests) -> Vec<String> {
         let packages = self.packages.iter().map(|name| format!("--package={name}"));
         let programs = self.programs.iter().map(|name| format!("--test={name}"));
-        let arguments: Vec<String> =
-            packages.chain(programs).chain(tests.configuration()).collect();
-        let mut all = vec!["test", "--lib"];
-        all.extend(arguments.iter().map(String::as_str));
-        all.push("--");
-        all.extend(self.choice(tests));
-        Invocation::cargo(&all)
+        let options = ["test", "--lib", "--no-run", "--message-format=json"].map(str::to_owned);
+        options
+            .into_iter()
+            .chain(packages)
+            .chain(programs)
+            .chain(configuration(tests.optimization))
+            .collect()
     }
 
     /// Arguments of the test programs.
@@ -263,50 +298,6 @@ impl Group {
             return vec![ENDURANCE];
         }
         [self.modules, &["--skip", ENDURANCE]].concat()
-    }
-
-    /// Tries the mistakes of a shard that were not found before: the quick tests on all of them, then the long ones on
-    /// those that are left.
-    fn shard(&self, shard: &str, worker: &Worker) -> Result<Outcome> {
-        let name = format!("{}-{}", self.name, shard.replace('/', "-"));
-        let output = worker.folder.join("outcomes").join(&name);
-        fs::create_dir_all(&output)?;
-        let chosen = ["--list", "--no-shuffle", "--sharding", "round-robin", "--shard", shard];
-        let list = worker.command(self.mistakes(&chosen)).output(0)?;
-        let list = String::from_utf8_lossy(&list.stdout).into_owned();
-        let mut found = Found::open(&name)?;
-        let remaining = |found: &Found| -> Result<Vec<String>> {
-            let mut remaining = Vec::new();
-            for name in list.lines() {
-                if found.evidence(name)?.is_none() {
-                    remaining.push(pattern(name));
-                }
-            }
-            Ok(remaining)
-        };
-        // 2: a mistake was missed; 3: a test did not end.
-        let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
-        for tests in [&QUICK, &LONG] {
-            let remaining = remaining(&found)?;
-            if remaining.is_empty() {
-                break;
-            }
-            worker.command(self.mutants(tests, &output, &remaining)).output_if(is_done)?;
-            for (file, evidence) in FOUND {
-                let names = fs::read_to_string(output.join("mutants.out").join(file))?;
-                for name in names.lines() {
-                    found.keep(name, evidence)?;
-                }
-            }
-        }
-        let mut outcome = Outcome::default();
-        for name in list.lines() {
-            match found.evidence(name)? {
-                Some(evidence) => *outcome.found.entry(evidence.to_owned()).or_default() += 1,
-                None => outcome.missed.push(without_place(name)),
-            }
-        }
-        Ok(outcome)
     }
 
     /// cargo-mutants, for mistakes in the files.
@@ -322,10 +313,11 @@ impl Group {
         let packages = self.packages.join(",");
         // Cargo's arguments after `--` would hold for the tests, but not for the build before them.
         let programs = self.programs.iter().map(|name| format!("--test={name}"));
-        let arguments = programs.chain(tests.configuration());
+        let arguments = programs.chain(configuration(tests.optimization));
         let arguments: Vec<String> =
             arguments.map(|argument| format!("--cargo-arg={argument}")).collect();
-        let mut all = vec!["--in-place", "--baseline", "skip", "--timeout", tests.patience];
+        let patience = tests.patience.as_secs().to_string();
+        let mut all = vec!["--in-place", "--baseline", "skip", "--timeout", &patience];
         all.extend(["--output", &output, "--test-package", &packages, "--cargo-arg=--lib"]);
         all.extend(arguments.iter().map(String::as_str));
         all.extend(patterns.iter().flat_map(|pattern| ["--re", pattern.as_str()]));
@@ -335,17 +327,27 @@ impl Group {
     }
 }
 
-impl Tests {
-    /// Arguments for cargo.
-    fn configuration(&self) -> impl Iterator<Item = String> {
-        let optimization = self.optimization;
-        ["tests", "vm-core"].into_iter().map(move |name| {
-            format!("--config=profile.dev.package.bittybuzz-{name}.opt-level={optimization}")
-        })
-    }
+/// Arguments for cargo with the optimization level of the tests and of the machine in them.
+fn configuration(optimization: u8) -> impl Iterator<Item = String> {
+    ["tests", "vm-core"].into_iter().map(move |name| {
+        format!("--config=profile.dev.package.bittybuzz-{name}.opt-level={optimization}")
+    })
 }
 
-/// A copy of the repository, for one mistake at a time, and its build.
+/// Runs a chore in each of the workers, which it gets the number of.
+fn at_once<T: Send>(chore: impl Fn(usize) -> Result<T> + Sync) -> Result<Vec<T>> {
+    thread::scope(|scope| {
+        let chore = &chore;
+        let workers: Vec<_> =
+            (0..WORKERS).map(|worker| scope.spawn(move || chore(worker))).collect();
+        let join = |worker: thread::ScopedJoinHandle<'_, Result<T>>| {
+            worker.join().unwrap_or_else(|panic| resume_unwind(panic))
+        };
+        workers.into_iter().map(join).collect()
+    })
+}
+
+/// A copy of the repository, and its build.
 struct Worker {
     folder: PathBuf,
     copy: Copy,
@@ -353,8 +355,8 @@ struct Worker {
 
 impl Worker {
     /// Brings its copy up to date; a run that was stopped has left a mistake there.
-    fn new(number: usize) -> Result<Worker> {
-        let folder = target()?.join(format!("soak/protocol/{number}"));
+    fn new(name: &str) -> Result<Worker> {
+        let folder = target()?.join("soak/protocol").join(name);
         Ok(Worker { copy: Copy::new(&folder)?, folder })
     }
 
