@@ -150,12 +150,11 @@ pub fn run(item: &str) -> Result<Verdict> {
     let list = group.mistakes(&["--list", "--json"]).output(0)?;
     let all = mistake::list(&String::from_utf8_lossy(&list.stdout))?;
     let found = group.try_all(&all)?;
+    let missed = missed(&all, &found)?;
     let mut evidence = BTreeMap::new();
-    let mut missed = Vec::new();
     for mistake in &all {
-        match found.evidence(&mistake.name)? {
-            Some(how) => *evidence.entry(how).or_insert(0) += 1,
-            None => missed.push(without_place(&mistake.name)),
+        if let Some(how) = found.evidence(&mistake.name)? {
+            *evidence.entry(how).or_insert(0) += 1;
         }
     }
     let mut unexplained = Vec::new();
@@ -170,6 +169,34 @@ pub fn run(item: &str) -> Result<Verdict> {
     }
     let found = evidence.iter().map(|(how, count)| format!("{count} {how}, "));
     Ok(Verdict::Shown(format!("{}{} explained", found.collect::<String>(), missed.len())))
+}
+
+/// Descriptions, without places, of the mistakes that no test has found.
+fn missed(all: &[Mistake], found: &Found) -> Result<Vec<String>> {
+    let mut missed = Vec::new();
+    for mistake in all {
+        if found.evidence(&mistake.name)?.is_none() {
+            missed.push(without_place(&mistake.name));
+        }
+    }
+    Ok(missed)
+}
+
+/// Those of the tried mistakes that the long tests have to find: neither found nor explained.
+fn unexplained<'a>(
+    tried: Vec<&'a Mistake>,
+    all: &[Mistake],
+    found: &Found,
+) -> Result<Vec<&'a Mistake>> {
+    let missed = missed(all, found)?;
+    let mut left = Vec::new();
+    for mistake in tried {
+        let is_missed = found.evidence(&mistake.name)?.is_none();
+        if is_missed && reason(&without_place(&mistake.name), &missed).is_none() {
+            left.push(mistake);
+        }
+    }
+    Ok(left)
 }
 
 impl Group {
@@ -201,17 +228,13 @@ impl Group {
             println!("{}: {} in one build, {} alone", self.name, chosen.len(), single.len());
             programs.ensure_unchanged_passes(self, tests)?;
             found = self.try_chosen(&programs, tests, &chosen, found)?;
-            let mut left = Vec::new();
-            for mistake in chosen {
-                if found.evidence(&mistake.name)?.is_none() {
-                    left.push(mistake);
-                }
-            }
-            chosen = left;
+            chosen = unexplained(chosen, all, &found)?;
         }
-        let single: Vec<String> = single.iter().map(|mistake| pattern(&mistake.name)).collect();
-        for batch in single.chunks(BATCH) {
-            self.try_single(batch, &mut found)?;
+        for tests in [&QUICK, &LONG] {
+            for batch in single.chunks(BATCH) {
+                self.try_single(tests, batch, &mut found)?;
+            }
+            single = unexplained(single, all, &found)?;
         }
         Ok(found)
     }
@@ -239,12 +262,12 @@ impl Group {
         Ok(found.into_inner().expect("no thread panics"))
     }
 
-    /// Lets cargo-mutants try mistakes with these patterns, each in a build of its own.
-    fn try_single(&self, patterns: &[String], found: &mut Found) -> Result<()> {
-        let share = patterns.len().div_ceil(WORKERS).max(1);
-        let shares: Vec<&[String]> = patterns.chunks(share).collect();
+    /// Lets cargo-mutants try mistakes, each in a build of its own.
+    fn try_single(&self, tests: &Tests, mistakes: &[&Mistake], found: &mut Found) -> Result<()> {
+        let shares: Vec<&[&Mistake]> =
+            mistakes.chunks(mistakes.len().div_ceil(WORKERS).max(1)).collect();
         let outcomes = at_once(|number| match shares.get(number) {
-            Some(share) => self.try_share(&Worker::new(&number.to_string())?, share),
+            Some(share) => self.try_share(tests, &Worker::new(&number.to_string())?, share),
             None => Ok(Vec::new()),
         })?;
         for (name, how) in outcomes.into_iter().flatten() {
@@ -253,28 +276,23 @@ impl Group {
         Ok(())
     }
 
-    /// The quick tests on all mistakes, then the long ones on those that are left. Returns the names of those that were found.
+    /// Returns the names of those that are found, and how they are.
     fn try_share(
         &self,
+        tests: &Tests,
         worker: &Worker,
-        patterns: &[String],
+        mistakes: &[&Mistake],
     ) -> Result<Vec<(String, &'static str)>> {
         let output = worker.folder.join("outcomes");
         fs::create_dir_all(&output)?;
         // 2: a mistake was missed; 3: a test did not end.
         let is_done = |output: &Output| matches!(output.status.code(), Some(0 | 2 | 3));
+        let patterns: Vec<String> = mistakes.iter().map(|one| pattern(&one.name)).collect();
+        worker.command(self.mutants(tests, &output, &patterns)).output_if(is_done)?;
         let mut found = Vec::new();
-        let mut left = patterns.to_vec();
-        for tests in [&QUICK, &LONG] {
-            if left.is_empty() {
-                break;
-            }
-            worker.command(self.mutants(tests, &output, &left)).output_if(is_done)?;
-            for (file, how) in FOUND {
-                let names = fs::read_to_string(output.join("mutants.out").join(file))?;
-                found.extend(names.lines().map(|name| (name.to_owned(), how)));
-            }
-            left.retain(|one| found.iter().all(|(name, _)| pattern(name) != *one));
+        for (file, how) in FOUND {
+            let names = fs::read_to_string(output.join("mutants.out").join(file))?;
+            found.extend(names.lines().map(|name| (name.to_owned(), how)));
         }
         Ok(found)
     }
