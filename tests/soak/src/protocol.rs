@@ -34,7 +34,7 @@ struct Group {
     packages: &'static [&'static str],
     /// Test programs of these packages.
     programs: &'static [&'static str],
-    /// The modules of them whose tests are quick.
+    /// The modules of them whose tests are about the protocol and quick.
     modules: &'static [&'static str],
 }
 
@@ -106,7 +106,7 @@ pub const MADE_OF: &[&str] = &[
 struct Tests {
     /// Optimization level of the tests and of the machine in them.
     optimization: u8,
-    /// True for the tests of [`ENDURANCE`], false for all others of a group.
+    /// True for the tests that take longer, false for the quick ones of a group.
     are_long: bool,
     /// A mistake with which the tests take longer counts as found.
     patience: Duration,

@@ -68,5 +68,5 @@ pub use link::{Direct, Link, Queues, Received};
 pub use program::Program;
 pub use random::Random;
 pub use recorder::{Answer, Call, Event, RecordedArgument, Recorder};
-pub use robot::{SIZES, TestRobot};
+pub use robot::{LARGE_SIZES, LARGE_SLOTS, SIZES, TestRobot};
 pub use swarm::Swarm;

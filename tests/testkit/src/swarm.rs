@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{ByteCode, Fault, Periods};
+use bittybuzz_vm_core::{ByteCode, Fault, Periods, Sizes};
 
 use crate::air::{Air, OUTSIDE, OnAir};
 use crate::hostile::Hostile;
@@ -27,11 +27,18 @@ impl<P: Profile> Swarm<P> {
     /// to the next. They run three instructions at a time, so that everything is interrupted
     /// everywhere, and their periods are short.
     pub fn new(count: usize, script: &str) -> Self {
+        Swarm::with_sizes(count, script, SIZES)
+    }
+}
+
+impl<P: Profile, const SLOTS: usize> Swarm<P, &'static [u8], SLOTS> {
+    /// Robots like those of [`Swarm::new`], of other sizes.
+    pub fn with_sizes(count: usize, script: &str, sizes: Sizes) -> Self {
         let program = Program::new::<P>(script);
         let symbols = Rc::new(program.symbols.clone());
         let image = program.leak();
         let robots = (1..=count as u16).map(|id| {
-            let mut robot = TestRobot::new(image, id, SIZES);
+            let mut robot = TestRobot::new(image, id, sizes);
             robot.budget = 3;
             robot.host.periods = Periods { beacon: 5, forget: 10, advertise: 10 };
             robot.host.symbols = Some(symbols.clone());

@@ -66,10 +66,16 @@ pub fn build<'a>(
 ) -> Result<Programs> {
     let original = |file: &str| Ok(fs::read_to_string(root().join(file))?);
     worker.copy.put(CRATE, (original(CRATE)? + &combined::module()).as_bytes())?;
+    let changed: BTreeSet<&str> = mistakes.iter().map(|mistake| mistake.file.as_str()).collect();
     loop {
         let files = combine(mistakes, original)?;
-        for (file, combined) in &files {
-            worker.copy.put(file, combined.text.as_bytes())?;
+        for file in &changed {
+            // A file may have no mistake left.
+            let text = match files.get(*file) {
+                Some(combined) => combined.text.clone(),
+                None => original(file)?,
+            };
+            worker.copy.put(file, text.as_bytes())?;
         }
         let arguments = group.build_arguments(tests);
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();

@@ -5,18 +5,28 @@ mod neighbors;
 mod stigmergy;
 mod swarms;
 
-use bittybuzz_testkit::Swarm;
+use bittybuzz_testkit::{LARGE_SIZES, LARGE_SLOTS, SIZES, Swarm};
+use bittybuzz_vm_core::Sizes;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
-/// Runs a script on robots with ids 1, 2, ..., in both profiles, and compares what each printed last.
+/// Runs a script on robots with ids 1, 2, ..., in both profiles, and compares what each printed last. Robots with much memory
+/// print the same.
 fn last(robots: usize, steps: usize, script: &str, expected: &[&str]) {
-    fn run<P: Profile>(robots: usize, steps: usize, script: &str, expected: &[&str]) {
-        let mut swarm: Swarm<P> = Swarm::new(robots, script);
-        swarm.steps(steps);
-        assert_eq!(swarm.last(), expected, "{}: {script}", P::NAME);
-    }
-    run::<Tiny>(robots, steps, script, expected);
-    run::<Full>(robots, steps, script, expected);
+    run::<Tiny, 600>(robots, steps, script, SIZES, expected);
+    run::<Full, 600>(robots, steps, script, SIZES, expected);
+    run::<Full, LARGE_SLOTS>(robots, steps, script, LARGE_SIZES, expected);
+}
+
+fn run<P: Profile, const SLOTS: usize>(
+    robots: usize,
+    steps: usize,
+    script: &str,
+    sizes: Sizes,
+    expected: &[&str],
+) {
+    let mut swarm: Swarm<P, &'static [u8], SLOTS> = Swarm::with_sizes(robots, script, sizes);
+    swarm.steps(steps);
+    assert_eq!(swarm.last(), expected, "{}, {SLOTS} slots: {script}", P::NAME);
 }
 
 #[test]
