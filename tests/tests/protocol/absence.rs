@@ -75,3 +75,26 @@ fn robots_that_hear_each_other_do_not_wait() {
     swarm.steps(4);
     assert_eq!(swarm.last(), ["5", "5"]);
 }
+
+/// A robot that was stopped does not know how long others heard nothing of it.
+#[test]
+fn a_robot_that_was_stopped_listens_first() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        2,
+        "t = 0
+         function init() { v = stigmergy.create(1) }
+         function step() { t = t + 1  if(id == 2 and t == 60) v.put(\"k\", 5)  log(v.get(\"k\")) }",
+    );
+    let is_open = Rc::new(Cell::new(true));
+    let open = is_open.clone();
+    swarm.air.reaches = Box::new(move |_, _| open.get());
+    swarm.steps(50);
+    is_open.set(false);
+    swarm.steps(30);
+    swarm.robots[1].vm.come_back();
+    is_open.set(true);
+    swarm.steps(30);
+    assert_eq!(swarm.last(), ["nil", "5"]);
+    swarm.steps(70);
+    assert_eq!(swarm.last(), ["5", "5"]);
+}

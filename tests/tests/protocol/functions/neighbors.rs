@@ -2,7 +2,7 @@
 
 use super::{Full, Profile, Swarm, Tiny, last};
 use bittybuzz_testkit::{Program, SIZES, TestRobot};
-use bittybuzz_vm_core::message::Message;
+use bittybuzz_vm_core::message::{Message, topic_of};
 use bittybuzz_vm_core::{FaultCode, Sighting, Sizes, Value};
 
 #[test]
@@ -335,4 +335,43 @@ fn the_sender_is_a_neighbor_in_its_listener() {
          function step() { if(id == 2) neighbors.broadcast(\"x\", 1) }",
         &["10.0", ""],
     );
+}
+
+/// A queue that is full drops messages on other topics first.
+#[test]
+fn unwanted_topics_are_those_without_a_listener() {
+    use std::cell::RefCell;
+    use std::rc::Rc;
+    let mut swarm: Swarm<Full> = Swarm::new(
+        2,
+        "function init() {
+           if(id == 1) {
+             neighbors.listen(\"a\", function(t, x, r) { })
+             neighbors.listen(string.concat(\"te\", \"xt\"), function(t, x, r) { })
+             neighbors.listen(\"c\", function(t, x, r) { })
+             neighbors.ignore(\"c\")
+           }
+         }
+         function step() {
+           if(id == 2) {
+             neighbors.broadcast(\"a\", 1)
+             neighbors.broadcast(string.concat(\"tex\", \"t\"), 1)
+             neighbors.broadcast(\"c\", 1)
+             neighbors.broadcast(\"d\", 1)
+             neighbors.broadcast(string.concat(\"te\", \"xts\"), 1)
+           }
+         }",
+    );
+    let sent = Rc::new(RefCell::new(Vec::new()));
+    let all = sent.clone();
+    swarm.air.observe = Box::new(move |frame| match topic_of::<Full>(&frame.bytes) {
+        0 => {}
+        topic => all.borrow_mut().push(topic),
+    });
+    swarm.step();
+    let unwanted = swarm.robots[0].vm.unwanted_topics();
+    let is_unwanted: Vec<bool> = sent.borrow().iter().map(|topic| unwanted & topic != 0).collect();
+    assert_eq!(is_unwanted, [false, false, false, true, true]);
+    assert_eq!(unwanted.count_ones(), 32 - 3);
+    assert_eq!(swarm.robots[1].vm.unwanted_topics(), u32::MAX);
 }
