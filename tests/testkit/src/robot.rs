@@ -31,6 +31,10 @@ pub struct TestRobot<P: Profile, C: ByteCode = &'static [u8], const SLOTS: usize
     pub id: u16,
     /// The seed of its random numbers after a restart.
     pub seed: u32,
+    /// Collections, and the sending of changes, go on in the next slice, as on a chip with much memory. The memory is
+    /// audited at the end of an entry then, not after each slice.
+    #[cfg(feature = "torture")]
+    pauses: bool,
     /// The run-time error that stopped the script.
     pub fault: Option<Fault>,
     code: C,
@@ -56,6 +60,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
             budget: 1000,
             id,
             seed: 1,
+            #[cfg(feature = "torture")]
+            pauses: false,
             fault: None,
             code,
             sizes,
@@ -65,8 +71,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
         Ok(robot)
     }
 
+    /// Lets a machine with much memory pause, see [`bittybuzz_vm_core::Torture::pauses_collections`].
+    #[cfg(feature = "torture")]
+    pub fn pause(&mut self) {
+        self.pauses = true;
+        self.vm.torture.pauses_collections = true;
+    }
+
     fn power_on(&mut self) -> Result<(), ImageError> {
         *self.vm = Vm::new();
+        #[cfg(feature = "torture")]
+        {
+            self.vm.torture.pauses_collections = self.pauses;
+        }
         self.vm.set_network_capacity(self.sizes);
         self.vm.load(Image::new(self.code), |_| true)?;
         self.vm.set_robot_id(self.id, self.seed);
@@ -123,17 +140,20 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> TestRobot<P, C, SLOTS> {
             return Ok(());
         }
         for _ in 0..1_000_000 {
-            match self.vm.run(&mut self.host, self.budget) {
+            let outcome = self.vm.run(&mut self.host, self.budget);
+            #[cfg(feature = "torture")]
+            if (!self.pauses || outcome == Outcome::Done)
+                && let Err(problem) = self.vm.audit()
+            {
+                panic!("robot {}: {problem}", self.id);
+            }
+            match outcome {
                 Outcome::Done => return Ok(()),
                 Outcome::Fault(fault) => {
                     self.fault = Some(fault);
                     return Err(fault);
                 }
                 Outcome::Pending | Outcome::Waiting => {}
-            }
-            #[cfg(feature = "torture")]
-            if let Err(problem) = self.vm.audit() {
-                panic!("robot {}: {problem}", self.id);
             }
         }
         panic!("robot {}: {entry:?} does not end", self.id);

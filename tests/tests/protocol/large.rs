@@ -90,16 +90,28 @@ fn the_index_finds_every_key() {
     assert_eq!(swarm.last(), ["120 10 60 60"; 2]);
 }
 
-/// A robot that has put ten entries sends them when its next steps end, four each time.
+/// A robot that has put ten entries sends them when its next steps end, four each time; if it pauses, each in a slice.
 #[test]
 fn changes_are_sent_four_at_a_time() {
-    let mut swarm = large(
-        1,
-        "t = 0
-         function init() { v = stigmergy.create(1) }
-         function step() { t = t + 1  if(t == 5) for(i = 0, i < 10, i = i + 1) v.put(i, 1) }",
-    );
-    let sent = record(&mut swarm);
+    for pauses in [false, true] {
+        let mut swarm = large(
+            1,
+            "t = 0
+             function init() { v = stigmergy.create(1)  s = swarm.create(3) }
+             function step() {
+               t = t + 1
+               if(t == 5) { for(i = 0, i < 10, i = i + 1) v.put(i, 1)  s.join() }
+             }",
+        );
+        if pauses {
+            swarm.robots[0].pause();
+        }
+        check_four_at_a_time(&mut swarm);
+    }
+}
+
+fn check_four_at_a_time(swarm: &mut Large) {
+    let sent = record(swarm);
     swarm.steps(12);
     let mut seen = BTreeSet::new();
     let mut first: Vec<(u32, i32)> = sent

@@ -5,7 +5,7 @@ mod neighbors;
 mod stigmergy;
 mod swarms;
 
-use bittybuzz_testkit::{LARGE_SIZES, LARGE_SLOTS, SIZES, Swarm};
+use bittybuzz_testkit::{LARGE_SIZES, LARGE_SLOTS, SIZES, Swarm, TestRobot};
 use bittybuzz_vm_core::Sizes;
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
@@ -15,6 +15,10 @@ fn last(robots: usize, steps: usize, script: &str, expected: &[&str]) {
     run::<Tiny, 600>(robots, steps, script, SIZES, expected);
     run::<Full, 600>(robots, steps, script, SIZES, expected);
     run::<Full, LARGE_SLOTS>(robots, steps, script, LARGE_SIZES, expected);
+    let mut swarm = Swarm::<Full, _, LARGE_SLOTS>::with_sizes(robots, script, LARGE_SIZES);
+    swarm.robots.iter_mut().for_each(TestRobot::pause);
+    swarm.steps(steps);
+    assert_eq!(swarm.last(), expected, "in slices: {script}");
 }
 
 fn run<P: Profile, const SLOTS: usize>(
