@@ -253,3 +253,24 @@ fn faults_change_the_chip() {
     assert!(driver.is_booted().unwrap());
     bus.write(DEFAULT_ADDRESS, &[]).unwrap();
 }
+
+/// ST's full driver expects 128 after 255 (VL53L1_update_ll_driver_rd_state), so
+/// that 0 stands for the first measurement only.
+#[test]
+fn the_count_of_measurements_continues_at_128() {
+    let mut bus = bus();
+    let mut driver = driver(&bus);
+    driver.set_distance_mode(DistanceMode::Short).unwrap();
+    driver.set_timing_budget_ms(15).unwrap();
+    driver.set_inter_measurement_period_ms(15).unwrap();
+    driver.start_ranging().unwrap();
+    let mut before = None;
+    for _ in 0..300 {
+        wait_for_result(&bus, &mut driver);
+        let [count] = read(&mut bus, STREAM_COUNT);
+        if let Some(before) = before {
+            assert_eq!(count, if before == 255 { 128 } else { before + 1 });
+        }
+        before = Some(count);
+    }
+}
