@@ -4,6 +4,8 @@
 //! Robots' images are run by the tests of `tests/hil`, models by their own.
 
 mod crazyflie;
+mod devices;
+mod drivers;
 mod kilobot;
 mod models;
 mod zooids;
@@ -148,6 +150,23 @@ const SUBJECTS: &[Subject] = &[
                 "nrf24::tests::a_packet_latches_the_detector_until_ce_goes_low_or_not_at_all",
             ),
         ],
+    },
+    Subject {
+        name: "drivers",
+        mutants: drivers::MUTANTS,
+        tests: Tests::OfPackages(&[
+            "bittybuzz-bmi088",
+            "bittybuzz-bmp3xx",
+            "bittybuzz-pmw3901",
+            "bittybuzz-vl53l1x",
+        ]),
+        sample: &[],
+    },
+    Subject {
+        name: "devices",
+        mutants: devices::MUTANTS,
+        tests: Tests::OfPackages(&["bittybuzz-chips"]),
+        sample: &[],
     },
 ];
 
