@@ -8,6 +8,7 @@ mod endurance;
 mod frames;
 mod functions;
 mod large;
+mod merging;
 mod numbers;
 mod rules;
 mod stigmergy;

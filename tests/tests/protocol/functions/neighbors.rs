@@ -375,3 +375,30 @@ fn unwanted_topics_are_those_without_a_listener() {
     assert_eq!(unwanted.count_ones(), 32 - 3);
     assert_eq!(swarm.robots[1].vm.unwanted_topics(), u32::MAX);
 }
+
+/// Robots that are heard in another order than that of their ids.
+#[test]
+fn neighbors_come_by_id_and_go_together() {
+    let mut swarm: Swarm<Full> = Swarm::new(
+        1,
+        "function step() {
+           ids = \"\"
+           neighbors.foreach(function(robot, data) {
+             ids = string.concat(ids, \" \", string.tostring(robot))
+           })
+           log(neighbors.count(), ids)
+         }",
+    );
+    swarm.step();
+    for id in [9, 4, 7, 2] {
+        let frame = swarm.robots[0].frame(&Message::Beacon { robot: id });
+        // Twice, so that none is forgotten earlier.
+        (0..2).for_each(|_| swarm.inject(&frame, [0]));
+    }
+    swarm.step();
+    assert_eq!(swarm.last(), ["4 2 4 7 9"]);
+    swarm.steps(9);
+    assert_eq!(swarm.last(), ["4 2 4 7 9"]);
+    swarm.steps(2);
+    assert_eq!(swarm.last(), ["0"]);
+}
