@@ -19,8 +19,8 @@ fn sent_by<P: Profile>(swarm: &mut Swarm<P>, robot: usize) -> Rc<RefCell<Vec<Vec
     sent
 }
 
-/// Three values each of which gives way to the next: after a hundred choices the order of stamps decides. A later put is decided
-/// by the handler again.
+/// Three values each of which gives way to the next: all robots have one of them in the end. A later put is decided by the handler
+/// again.
 #[test]
 fn choices_in_a_circle_end() {
     let mut swarm: Swarm<Tiny> = Swarm::new(
