@@ -13,10 +13,10 @@ use crate::recorder::Recorder;
 /// What a Kilobot remembers of other robots, and the bearings that only other robots know.
 pub const SIZES: Sizes = Sizes { neighbors: 15, bearings: true, entries: 4, swarms: 8 };
 
-/// The memory of a robot on a computer: so many entries have an index, and collections pause.
+/// What a robot on a computer remembers: an index finds so many entries.
 pub const LARGE_SIZES: Sizes = Sizes { neighbors: 40, bearings: true, entries: 300, swarms: 8 };
 
-/// Slots of a machine for [`LARGE_SIZES`].
+/// Slots of a machine for [`LARGE_SIZES`], so many that it can pause.
 pub const LARGE_SLOTS: usize = 6000;
 
 /// A robot: a machine of `SLOTS` slots and the host that records it.

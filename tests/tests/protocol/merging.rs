@@ -67,7 +67,7 @@ fn merged_values_are_merged_a_limited_number_of_times() {
 /// A robot sends no digest while others have entries that it does not keep. A question is none.
 #[test]
 fn a_robot_without_a_stigmergy_has_no_digest() {
-    for (entry, kind) in [(1, FrameKind::Beacon), (0, FrameKind::Digest)] {
+    for (clock, kind) in [(1, FrameKind::Beacon), (0, FrameKind::Digest)] {
         let mut swarm: Swarm<Tiny> = Swarm::new(
             1,
             "function init() { v = stigmergy.create(1)  v.put(1, 1) }
@@ -77,9 +77,9 @@ fn a_robot_without_a_stigmergy_has_no_digest() {
         let entry = StigmergyEntry {
             stigmergy: 2,
             owner: 9,
-            clock: entry,
+            clock,
             key: Value::int(1),
-            value: if entry == 0 { Value::nil() } else { Value::int(5) },
+            value: if clock == 0 { Value::nil() } else { Value::int(5) },
         };
         let frame = swarm.robots[0].frame(&Message::Entry(entry));
         swarm.inject(&frame, [0]);

@@ -39,7 +39,7 @@ pub struct EmulatedFleet {
 /// The longest time that robots run before they exchange frames if they have a foreign image or fly.
 /// Their frames may be late by this time, a twentieth of a script's step. With turns of a
 /// millisecond, four robots that fly use 1.6 of two processors, because each waits for the slowest
-/// in every turn; with these, 1.75, and a fifth less of their time.
+/// in every turn; with these, 1.7, and a fifth less of their time.
 const LONG_TURN: Duration = Duration::from_millis(5);
 
 /// A reason why a fleet cannot start.
