@@ -169,3 +169,72 @@ fn a_robot_puts_again_what_no_other_robot_knew() {
         assert_eq!(swarm.last()[0], expected, "{robots} robots");
     }
 }
+
+/// A robot that has put nothing since it was switched on takes what others know from its former life, and what follows on that.
+#[test]
+fn a_robot_that_has_put_nothing_takes_entries_in_its_name() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        1,
+        "function init() { v = stigmergy.create(1) }
+         function step() { log(v.get(1))  if(id == 7) v.put(1, 9) }",
+    );
+    for clock in [5, 9, 20] {
+        let (key, value) = (Value::int(1), Value::int(clock));
+        let clock = clock as u32;
+        let entry = StigmergyEntry { stigmergy: 1, owner: 1, clock, key, value };
+        let frame = swarm.robots[0].frame(&Message::Entry(entry));
+        swarm.inject(&frame, [0]);
+        swarm.steps(3);
+        assert_eq!(swarm.last(), [clock.to_string()]);
+    }
+}
+
+/// Keys that robot 1 sends while another robot's entries of key 2 come, with a clock of their own each or always the same. The put of
+/// key 1 is confirmed before, or not.
+fn keys_sent(is_confirmed: bool, is_new: bool) -> (usize, usize) {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        1,
+        "t = 0
+         function init() { v = stigmergy.create(1) }
+         function step() { t = t + 1  if(t == 20) v.put(1, 5) }",
+    );
+    let frame = |swarm: &Swarm<Tiny>, owner, key, clock| {
+        let (key, value) = (Value::int(key), Value::int(5));
+        let entry = StigmergyEntry { stigmergy: 1, owner, clock, key, value };
+        swarm.robots[0].frame(&Message::Entry(entry))
+    };
+    let other = frame(&swarm, 9, 2, 30);
+    swarm.inject(&other, [0]);
+    swarm.steps(20);
+    if is_confirmed {
+        let clock = swarm.robots[0].vm.stored_entries().find(|entry| entry.is_own);
+        let own = frame(&swarm, 1, 1, clock.expect("the robot has put one").clock);
+        swarm.inject(&own, [0]);
+    }
+    let sent = sent_by(&mut swarm, 0);
+    for step in 0..30 {
+        let other = frame(&swarm, 9, 2, if is_new { 31 + step } else { 30 });
+        swarm.inject(&other, [0]);
+        swarm.step();
+    }
+    let script = swarm.robots[0].script();
+    let count = |key| {
+        let is_it = |frame: &&Vec<u8>| match Message::<Tiny>::decode(frame, script) {
+            Ok(Message::Entry(entry)) => entry.key.as_int() == Some(key),
+            _ => false,
+        };
+        sent.borrow().iter().filter(is_it).count()
+    };
+    (count(1), count(2))
+}
+
+/// A put that no neighbor has confirmed is advertised until one does, whatever the others send.
+#[test]
+fn an_unconfirmed_put_is_advertised() {
+    let (new, others) = (keys_sent(false, true), keys_sent(false, false));
+    assert!(new.0 >= 8, "{new:?}");
+    assert!(others.0 >= 4, "{others:?}");
+    let (confirmed, quiet) = (keys_sent(true, true), keys_sent(true, false));
+    assert!(confirmed.0 <= 1, "{confirmed:?}");
+    assert!(quiet.0 < others.0, "{quiet:?} {others:?}");
+}

@@ -3,8 +3,10 @@
 
 mod absence;
 mod classes;
+mod conflicts;
 mod containment;
 mod endurance;
+mod floors;
 mod frames;
 mod functions;
 mod large;

@@ -141,32 +141,58 @@ fn a_robot_reclaims_its_key_a_limited_number_of_times() {
     assert_eq!(kept, 2);
 }
 
+/// The digest of a robot that executes these puts, of the stigmergies `s`, `t`, `u` and `w`.
+fn digest_after(puts: &str) -> u32 {
+    let script = format!(
+        "function init() {{
+           s = stigmergy.create(1)
+           t = stigmergy.create(2)
+           u = stigmergy.create(3)
+           w = stigmergy.create(4)
+         }}
+         function step() {{ if(id == 7) {{ s.put(1, 1) s.put(2, 1) s.put(3, 1) }} }}
+         function reset() {{ {puts} }}"
+    );
+    let image = Program::new::<Tiny>(&script).leak();
+    let mut robot: TestRobot<Tiny> = TestRobot::new(image, 1, SIZES);
+    robot.begin().expect("no fault");
+    robot.enter(EntryPoint::Reset).expect("no fault");
+    (0..30).for_each(|_| robot.step().expect("no fault"));
+    let (sent, script) = (robot.take_sent(), robot.script());
+    let mut digests =
+        sent.iter().filter_map(|frame| match Message::<Tiny>::decode(frame, script) {
+            Ok(Message::Digest { digest, .. }) => Some(digest),
+            _ => None,
+        });
+    digests.next_back().expect("a robot with a stigmergy sends digests")
+}
+
 /// Robots forget deleted keys at different times.
 #[test]
 fn a_deleted_key_does_not_change_the_digest() {
-    let digest_after = |puts: &str| {
-        let script = format!(
-            "function init() {{ s = stigmergy.create(1) }}
-             function step() {{ if(id == 7) {{ s.put(1, 1) s.put(2, 1) s.put(3, 1) }} }}
-             function reset() {{ {puts} }}"
-        );
-        let image = Program::new::<Tiny>(&script).leak();
-        let mut robot: TestRobot<Tiny> = TestRobot::new(image, 1, SIZES);
-        robot.begin().expect("no fault");
-        robot.enter(EntryPoint::Reset).expect("no fault");
-        (0..30).for_each(|_| robot.step().expect("no fault"));
-        let (sent, script) = (robot.take_sent(), robot.script());
-        let mut digests =
-            sent.iter().filter_map(|frame| match Message::<Tiny>::decode(frame, script) {
-                Ok(Message::Digest { digest, .. }) => Some(digest),
-                _ => None,
-            });
-        digests.next_back().expect("a robot with a stigmergy sends digests")
-    };
     let of_one = digest_after("s.put(1, 1)");
     assert_eq!(digest_after("s.put(1, 1) s.put(2, 1) s.put(2, nil)"), of_one);
     assert_ne!(digest_after("s.put(1, 1) s.put(2, 1)"), of_one);
     assert_ne!(digest_after("s.put(1, 1) s.put(1, nil)"), of_one);
+}
+
+/// Replicas that differ in a stigmergy, a key or a value have different digests, whether the entries fit a frame or not.
+#[test]
+fn the_digest_is_of_stigmergy_key_and_value() {
+    let mut puts = Vec::new();
+    for stigmergy in ["s", "t", "u", "w"] {
+        for key in ["1", "2", "1.5", "2.5", "\"k\""] {
+            for value in ["1", "2", "1.5", "\"k\"", "{.a = 1}", "{.a = 2}"] {
+                puts.push(format!("{stigmergy}.put({key}, {value})"));
+            }
+        }
+    }
+    let mut seen = BTreeMap::new();
+    for one in puts {
+        if let Some(other) = seen.insert(digest_after(&one), one.clone()) {
+            panic!("{one} and {other} have one digest");
+        }
+    }
 }
 
 /// An entry that neighbors repeat is less urgent, as in Trickle (RFC 6206).

@@ -2,7 +2,10 @@
 
 use super::{Full, Profile, Swarm, Tiny, last};
 use bittybuzz_testkit::{Program, Received, SIZES, TestRobot};
-use bittybuzz_vm_core::{Entry, Outcome};
+use bittybuzz_vm_core::message::FrameKind;
+use bittybuzz_vm_core::{Entry, FaultCode, Outcome};
+use std::cell::RefCell;
+use std::rc::Rc;
 
 #[test]
 fn a_table_is_broadcast_in_fragments() {
@@ -310,4 +313,65 @@ fn a_collection_at_every_allocation_does_not_change_a_message() {
     swarm.steps(5);
     let logs = swarm.logs().remove(0);
     assert!(logs.len() >= 6 && logs.iter().all(|line| line == "3 123 four five 6"), "{logs:?}");
+}
+
+/// A table within another one is visited again each time that it is met. All visits together may see as many places as the memory has:
+/// a table with much room takes time for nothing.
+#[test]
+fn tables_with_much_room_are_met_a_limited_number_of_times() {
+    fn run<P: Profile>(inner: &str, times: i32, is_sent: bool) {
+        let script = format!(
+            "function init() {{
+               wide = {{}}
+               for(i = 0, i < 110, i = i + 1) wide[i + 0.5] = 1
+               for(i = 0, i < 110, i = i + 1) wide[i + 0.5] = nil
+               small = {{}}
+               many = {{}}
+               for(i = 0, i < {times}, i = i + 1) many[i] = {inner}
+               neighbors.listen(\"t\", function(topic, value, robot) {{ log(size(value)) }})
+             }}
+             function step() {{ if(id == 1) neighbors.broadcast(\"t\", many) }}"
+        );
+        let mut swarm: Swarm<P> = Swarm::new(2, &script);
+        swarm.try_step();
+        swarm.try_step();
+        let code = swarm.robots[0].fault.map(|fault| fault.code);
+        let expected = (!is_sent).then_some(FaultCode::TooLong);
+        assert_eq!(code, expected, "{}: {inner}, {times} times", P::NAME);
+        // Forty tables have no room at the other robot.
+        if is_sent && times < 40 {
+            assert_eq!(swarm.last()[1], times.to_string());
+        }
+    }
+    for (inner, times, is_sent) in [("small", 6, true), ("wide", 3, true), ("wide", 6, false)] {
+        run::<Tiny>(inner, times, is_sent);
+        run::<Full>(inner, times, is_sent);
+    }
+    run::<Full>("small", 40, true);
+}
+
+/// A robot that has received a long entry does not repeat it at once: all neighbors of the sender have received it, too.
+#[test]
+fn long_entries_of_others_are_no_news() {
+    let mut swarm: Swarm<Full> = Swarm::new(
+        2,
+        "t = 0
+         function init() { v = stigmergy.create(1) }
+         function step() { t = t + 1  if(id == 1 and t % 40 == 0) v.put(1, {.n = t, .m = {.k = 5}}) }",
+    );
+    let fragments = Rc::new(RefCell::new(Vec::new()));
+    let all = fragments.clone();
+    swarm.air.observe = Box::new(move |frame| {
+        if FrameKind::of(frame.bytes[0]) == Some(FrameKind::Fragment) {
+            all.borrow_mut().push((frame.step, frame.from));
+        }
+    });
+    swarm.steps(20 * 40 + 20);
+    // A put in step 39 is received in step 40, where an advertisement may be due by chance.
+    let has = |step, from| fragments.borrow().contains(&(step, Some(from)));
+    let puts: Vec<u32> = (1..=20).map(|number| 40 * number - 1).collect();
+    assert!(puts.iter().all(|step| has(*step, 0)));
+    let at_once = puts.iter().filter(|step| has(**step + 1, 1)).count();
+    let soon = puts.iter().filter(|step| (2..10).any(|later| has(**step + later, 1))).count();
+    assert!(at_once <= 5 && soon >= 15, "{at_once} at once, {soon} soon");
 }

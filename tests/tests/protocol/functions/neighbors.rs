@@ -402,3 +402,15 @@ fn neighbors_come_by_id_and_go_together() {
     swarm.steps(2);
     assert_eq!(swarm.last(), ["0"]);
 }
+
+/// The memory of entries begins where that of neighbors ends.
+#[test]
+fn an_entry_is_no_neighbor() {
+    let script = "n = 0
+        function init() { v = stigmergy.create(1)  for(i = 1, i < 4, i = i + 1) v.put(i, i + 4.5) }
+        function step() {
+          neighbors.foreach(function(robot, data) { n = n + 1 })
+          log(n, \" \", neighbors.count(), \" \", isnil(neighbors.get(1)), \" \", v.get(1), \" \", v.get(3))
+        }";
+    last(1, 140, script, &["0 0 1 5.5 7.5"]);
+}
