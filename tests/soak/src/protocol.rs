@@ -3,7 +3,7 @@
 //! A build for one mistake takes ten seconds of a processor, and there are two thousand. So the test programs are built once,
 //! with all mistakes, and an environment variable chooses one when they start. Mistakes in values that the compiler computes,
 //! and those that do not compile next to the others, are left to cargo-mutants, which builds each. The quick tests try all of
-//! them, the tests that take long those that are left.
+//! them. What is left is tried on a machine with the code that only small chips have, and then by the tests that take long.
 
 mod combined;
 mod found;
@@ -108,6 +108,8 @@ struct Tests {
     optimization: u8,
     /// True for the tests that take longer, false for the quick ones of a group.
     are_long: bool,
+    /// True for a machine with the code that small chips have in place of that of computers.
+    are_for_small_chips: bool,
     /// A mistake with which the tests take longer counts as found.
     patience: Duration,
 }
@@ -116,10 +118,47 @@ struct Tests {
 const ENDURANCE: &str = "endurance::";
 
 /// They take seconds without optimization, which would take long with all mistakes.
-const QUICK: Tests = Tests { optimization: 0, are_long: false, patience: Duration::from_secs(60) };
+const QUICK: Tests = Tests {
+    optimization: 0,
+    are_long: false,
+    are_for_small_chips: false,
+    patience: Duration::from_secs(60),
+};
+
+/// The same on the code of small chips.
+const SMALL: Tests = Tests { are_for_small_chips: true, ..QUICK };
 
 /// They take ten seconds with optimization.
-const LONG: Tests = Tests { optimization: 2, are_long: true, patience: Duration::from_secs(120) };
+const LONG: Tests = Tests {
+    optimization: 2,
+    are_long: true,
+    are_for_small_chips: false,
+    patience: Duration::from_secs(120),
+};
+
+/// All, in the order in which they try mistakes.
+const STAGES: [&Tests; 3] = [&QUICK, &SMALL, &LONG];
+
+/// A text of a file, and another one of as many lines.
+type Replacement = (&'static str, &'static str, &'static str);
+
+/// Changes that give the machine the code of small chips: no registers of 64 bits, and a digest that is added up when it is
+/// needed.
+const SMALL_CHIP: [Replacement; 2] = [
+    (
+        "vm-core/src/number/wide.rs",
+        r#"cfg!(any(target_pointer_width = "64", target_family = "wasm"))"#,
+        "false",
+    ),
+    (
+        "vm-core/src/machine/network/advertise.rs",
+        "use crate::network::{HAS_MANY_PLACES, Places};",
+        "use crate::network::Places; const HAS_MANY_PLACES: bool = false;",
+    ),
+];
+
+/// A test of what small chips do not have: they leave out no entry that a neighbor has sent.
+const NOT_SMALL: &str = "many_entries_are_advertised_in_bursts_and_not_by_all";
 
 /// The evidence of a mistake that a test finds.
 const BY_A_TEST: &str = "found by a test";
@@ -217,7 +256,7 @@ impl Group {
         // Those of a function follow each other.
         chosen.sort_by_key(|&(file, start, _)| (file, start));
         let mut chosen: Vec<&Mistake> = chosen.into_iter().map(|(_, _, one)| one).collect();
-        for tests in [&QUICK, &LONG] {
+        for tests in STAGES {
             if chosen.is_empty() {
                 break;
             }
@@ -230,7 +269,7 @@ impl Group {
             found = self.try_chosen(&programs, tests, &chosen, found)?;
             chosen = unexplained(chosen, all, &found)?;
         }
-        for tests in [&QUICK, &LONG] {
+        for tests in STAGES {
             for batch in single.chunks(BATCH) {
                 self.try_single(tests, batch, &mut found)?;
             }
@@ -283,6 +322,11 @@ impl Group {
         worker: &Worker,
         mistakes: &[&Mistake],
     ) -> Result<Vec<(String, &'static str)>> {
+        if tests.are_for_small_chips {
+            for (file, _, _) in SMALL_CHIP {
+                worker.copy.put(file, tests.source(file)?.as_bytes())?;
+            }
+        }
         let output = worker.folder.join("outcomes");
         fs::create_dir_all(&output)?;
         // 2: a mistake was missed; 3: a test did not end.
@@ -315,7 +359,11 @@ impl Group {
         if tests.are_long {
             return vec![ENDURANCE];
         }
-        [self.modules, &["--skip", ENDURANCE]].concat()
+        let mut choice = [self.modules, &["--skip", ENDURANCE]].concat();
+        if tests.are_for_small_chips {
+            choice.extend(["--skip", NOT_SMALL]);
+        }
+        choice
     }
 
     /// cargo-mutants, for mistakes in the files.
@@ -342,6 +390,20 @@ impl Group {
         all.extend(["--", "--"]);
         all.extend(self.choice(tests));
         self.mistakes(&all)
+    }
+}
+
+impl Tests {
+    /// The text of a file of the machine that they test.
+    fn source(&self, file: &str) -> Result<String> {
+        let mut text = fs::read_to_string(root().join(file))?;
+        for (_, from, to) in SMALL_CHIP.iter().filter(|(of, ..)| *of == file) {
+            if self.are_for_small_chips {
+                ensure!(text.contains(from), "{file} has no {from} any more");
+                text = text.replacen(from, to, 1);
+            }
+        }
+        Ok(text)
     }
 }
 
@@ -459,6 +521,14 @@ mod tests {
         missed.push(known.mutant.to_owned());
         assert_eq!(reason(known.mutant, &missed), None);
         assert_eq!(reason("vm-core/src/stamp.rs: replace next -> u32 with 0", &missed), None);
+    }
+
+    #[test]
+    fn the_sources_have_code_for_small_chips() {
+        for (file, from, to) in SMALL_CHIP {
+            assert!(SMALL.source(file).expect("a file of the machine").contains(to), "{file}");
+            assert!(QUICK.source(file).expect("a file of the machine").contains(from), "{file}");
+        }
     }
 
     #[test]

@@ -2,10 +2,9 @@
 
 use super::combined::{self, Combined, FIRST, VARIABLE, combine};
 use super::mistake::Mistake;
-use super::{Group, Tests, Worker};
+use super::{Group, SMALL_CHIP, Tests, Worker};
 use anyhow::{Context, Result, bail, ensure};
-use bittybuzz_builds::shell::{Invocation, root};
-use fs_err as fs;
+use bittybuzz_builds::shell::Invocation;
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader};
@@ -64,8 +63,13 @@ pub fn build<'a>(
     mistakes: &mut Vec<&'a Mistake>,
     single: &mut Vec<&'a Mistake>,
 ) -> Result<Programs> {
-    let original = |file: &str| Ok(fs::read_to_string(root().join(file))?);
+    let original = |file: &str| tests.source(file);
     worker.copy.put(CRATE, (original(CRATE)? + &combined::module()).as_bytes())?;
+    if tests.are_for_small_chips {
+        for (file, _, _) in SMALL_CHIP {
+            worker.copy.put(file, original(file)?.as_bytes())?;
+        }
+    }
     let changed: BTreeSet<&str> = mistakes.iter().map(|mistake| mistake.file.as_str()).collect();
     loop {
         let files = combine(mistakes, original)?;
