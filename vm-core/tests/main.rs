@@ -7,6 +7,7 @@ mod fragmentation;
 mod machine;
 mod message_content;
 mod message_properties;
+mod message_waiting;
 mod number;
 mod number_float16;
 mod number_format;

@@ -95,3 +95,24 @@ fn without_room_there_is_no_content() {
     writer.item::<Tiny>(ContentItem::Plain(Value::int(1)));
     assert_eq!(writer.finish(), None);
 }
+
+/// The strings of a script have the numbers below their count: a constant beyond them is another script's.
+#[test]
+fn a_constant_beyond_the_strings_is_foreign() {
+    fn run<P: Profile>() {
+        for (number, is_known) in [(0, true), (19, true), (20, false), (u16::MAX, false)] {
+            let mut room = [0; 64];
+            let mut writer = ContentWriter::new(&mut room, SCRIPT, Head::Broadcast);
+            writer.item::<P>(ContentItem::Plain(Value::string(13)));
+            writer.item::<P>(ContentItem::Plain(Value::string(number)));
+            let length = writer.finish().expect("room");
+            let (_, reader) = ContentReader::new(&room[..length], SCRIPT);
+            let expected = if is_known { Ok(()) } else { Err(Ignored::Foreign) };
+            assert_eq!(reader.check::<P>(|_| {}), expected, "{number}");
+            let mut values = [Value::<P>::nil(); 2];
+            assert_eq!(reader.plain(&mut values).is_some(), is_known, "{number}");
+        }
+    }
+    run::<Tiny>();
+    run::<Full>();
+}

@@ -202,6 +202,24 @@ fn contents() -> impl Strategy<Value = Vec<u8>> {
         .prop_map(|(head, items)| checked(&[head, items.concat()].concat()))
 }
 
+/// Bytes of the script's hash that are wrong in the same way do not hide each other.
+#[test]
+fn equal_errors_of_a_digest_are_two() {
+    let frame = sealed(&TinyMessage::Digest { robot: 1, digest: 77, floor: 5 }).expect("it fits");
+    for bit in [0x40, 0x80] {
+        let mut changed = frame.clone();
+        changed[3] ^= bit;
+        changed[6] ^= bit;
+        assert!(matches!(TinyMessage::decode(&changed, SCRIPT), Err(Ignored::Foreign)), "{bit}");
+    }
+}
+
+#[test]
+fn the_latest_floor_has_a_frame() {
+    let of = |floor| sealed(&TinyMessage::Digest { robot: 1, digest: 0xff_ffff, floor });
+    assert!(of(CLOCK_MAX).is_some() && of(CLOCK_MAX + 1).is_none());
+}
+
 proptest! {
     #[test]
     fn broadcasts_round_trip(

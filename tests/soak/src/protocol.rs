@@ -71,6 +71,7 @@ const GROUPS: [Group; 2] = [
             "message::",
             "message_content::",
             "message_properties::",
+            "message_waiting::",
             "protocol::",
             "queue::",
             "stamp::",
