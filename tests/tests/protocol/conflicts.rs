@@ -13,6 +13,11 @@ fn entry<P: Profile>(owner: u16, clock: u32) -> Message<'static, P> {
     Message::Entry(StigmergyEntry { stigmergy: 1, owner, clock, key: Value::int(1), value })
 }
 
+/// The conflicts that each robot's handler left to the order of stamps.
+fn undecided<P: Profile>(swarm: &Swarm<P>) -> Vec<u16> {
+    swarm.robots.iter().map(|robot| robot.counters().undecided).collect()
+}
+
 /// A handler chooses against the order of stamps a hundred times for one key and clock, and then for the next clock again.
 #[test]
 fn a_handler_chooses_a_hundred_times() {
@@ -118,7 +123,27 @@ fn of_equal_values_one_stays() {
         );
         swarm.steps(20);
         assert_eq!(swarm.last(), [expected; 2], "{choice}");
+        assert_eq!(undecided(&swarm), [0, 0], "{choice}");
     }
+}
+
+/// A handler that always returns the other robot's entry gives two robots each other's values. The order decides then, and the robot
+/// that asked twice counts it.
+#[test]
+fn a_handler_that_always_returns_the_other_entry_is_undecided() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        2,
+        "function init() {
+           v = stigmergy.create(1)
+           v.onconflict(function(key, local, remote) { return remote })
+           v.put(1, id)
+         }
+         function step() { log(v.get(1)) }",
+    );
+    swarm.steps(20);
+    assert_eq!(swarm.last(), ["2", "2"]);
+    let [first, second] = undecided(&swarm)[..] else { panic!("two robots") };
+    assert!(first == 0 && second > 0, "{first} {second}");
 }
 
 /// A put in the handler of one robot is later than the conflict, which is over then.
@@ -139,8 +164,7 @@ fn a_put_in_one_handler_ends_the_conflict() {
     );
     swarm.steps(20);
     assert_eq!(swarm.last(), ["99", "99"]);
-    let counters: Vec<u16> = swarm.robots.iter().map(|one| one.counters().undecided).collect();
-    assert_eq!(counters, [0, 0]);
+    assert_eq!(undecided(&swarm), [0, 0]);
 }
 
 /// The order decides, which is no choice of the handler, where it ends with a fault.

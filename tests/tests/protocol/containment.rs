@@ -4,7 +4,7 @@
 use bittybuzz_testkit::{Program, SIZES, Swarm, TestRobot, in_both_profiles};
 use bittybuzz_vm_core::message::{FrameKind, Message};
 use bittybuzz_vm_core::number::{Profile, Tiny};
-use bittybuzz_vm_core::{FaultCode, Image};
+use bittybuzz_vm_core::{Entry, FaultCode, Image};
 use std::cell::Cell;
 use std::rc::Rc;
 
@@ -241,6 +241,7 @@ fn lonely<P: Profile>() {
     swarm.step();
     swarm.robots[0].step().expect_err("nil + 1");
     swarm.robots[0].rest();
+    assert!(!swarm.robots[0].vm.begin(Entry::Step));
     swarm.steps(5);
     assert_eq!(swarm.robots[0].host.logs(), ["1", "2"]);
     swarm.robots[0].start().expect("it starts again");

@@ -4,6 +4,7 @@
 use bittybuzz_testkit::{LARGE_SIZES, LARGE_SLOTS, Swarm};
 use bittybuzz_vm_core::message::Message;
 use bittybuzz_vm_core::number::Full;
+use bittybuzz_vm_core::{Entry, Outcome};
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -124,6 +125,30 @@ fn check_four_at_a_time(swarm: &mut Large) {
     first.sort_unstable();
     let steps = [4, 4, 4, 4, 5, 5, 5, 5, 6, 6];
     assert_eq!(first, steps.into_iter().zip(0..10).collect::<Vec<_>>());
+}
+
+/// A host that begins the next step while the changes of the last one are sent interrupts that. They are sent with the next ones.
+#[test]
+fn an_interrupted_sending_goes_on() {
+    let mut swarm = large(
+        1,
+        "t = 0
+         function init() { v = stigmergy.create(1) }
+         function step() { t = t + 1  if(t == 2) for(i = 0, i < 4, i = i + 1) v.put(i, 1) }",
+    );
+    swarm.robots[0].pause();
+    swarm.step();
+    let robot = &mut swarm.robots[0];
+    assert!(robot.vm.begin(Entry::Step));
+    while robot.take_sent().is_empty() {
+        assert_eq!(robot.vm.run(&mut robot.host, robot.budget), Outcome::Pending);
+    }
+    let sent = record(&mut swarm);
+    swarm.steps(2);
+    let mut keys: Vec<i32> = sent.borrow().iter().map(|(_, _, key)| *key).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    assert!(keys.len() >= 3, "{keys:?}");
 }
 
 /// Two robots with 256 equal entries meet a third one that has none. A turn advertises one entry, and one more for each 64 that

@@ -442,19 +442,26 @@ fn a_broadcast_of_nothing_is_a_fault() {
 #[test]
 fn functions_of_objects_need_one() {
     let arguments = ["{}", "5", "neighbors", "stigmergy.create(1)", "swarm.create(1)"];
+    let size = (builtin::SIZE, 1, "log(size(OBJECT))");
+    let foreach = (builtin::FOREACH, 2, "foreach(OBJECT, function(key, value) {})");
     let functions = [
-        (builtin::SNAPSHOT_COUNT, None),
-        (builtin::STIGMERGY_SIZE, Some("stigmergy.create(1)")),
-        (builtin::SWARM_IN, Some("swarm.create(1)")),
+        (size, builtin::SNAPSHOT_COUNT, None),
+        (size, builtin::STIGMERGY_SIZE, Some("stigmergy.create(1)")),
+        (size, builtin::SWARM_IN, Some("swarm.create(1)")),
+        (foreach, builtin::SNAPSHOT_FOREACH, None),
+        (foreach, builtin::SNAPSHOT_MAP, None),
+        (foreach, builtin::STIGMERGY_FOREACH, Some("stigmergy.create(1)")),
+        (foreach, builtin::SWARM_EXEC, Some("swarm.create(1)")),
     ];
-    for (function, object) in functions {
+    for ((written, count, call), function, object) in functions {
         for argument in arguments {
+            let call = call.replace("OBJECT", argument);
             let script = format!(
-                "function step() {{ neighbors.count() stigmergy.create(2) swarm.create(2) log(size({argument})) }}"
+                "function step() {{ neighbors.count() stigmergy.create(2) swarm.create(2) {call} }}"
             );
             let mut image = Program::new::<Tiny>(&script).image;
-            let call = [CALL_BUILTIN, builtin::SIZE, 1];
-            let at = image.windows(3).position(|bytes| bytes == call).expect("a call of size");
+            let call = [CALL_BUILTIN, written, count];
+            let at = image.windows(3).position(|bytes| bytes == call).expect("the call");
             image[at + 1] = function;
             let mut robot: TestRobot<Tiny> = TestRobot::new(Vec::leak(image), 1, SIZES);
             let result = robot.step().map_err(|fault| fault.code);
