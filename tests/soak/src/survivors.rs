@@ -248,12 +248,12 @@ pub const SURVIVORS: &[Survivor] = &[
         reason: "only an AVR runs this: tests of its image exchange frames with other robots",
     },
     Survivor {
-        mutant: "vm-core/src/message/content.rs: replace match guard P::FULL with true in Reader<'a>::check",
+        mutant: "vm-core/src/message/content.rs: replace match guard P::FULL with true in ContentReader<'a>::check",
         count: 1,
         reason: "a message of `tiny` has no text",
     },
     Survivor {
-        mutant: "vm-core/src/message/content.rs: replace | with ^ in Reader<'a>::new",
+        mutant: "vm-core/src/message/content.rs: replace | with ^ in ContentReader<'a>::new",
         count: 1,
         reason: "the bits have none in common",
     },
@@ -326,5 +326,160 @@ pub const SURVIVORS: &[Survivor] = &[
         mutant: "vm-core/src/stamp.rs: replace < with > in Stamp<P>::order",
         count: 1,
         reason: "the types in the reverse order: robots need the same order, no matter which",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/mod.rs: replace || with &&",
+        count: 3,
+        reason: "the machine of these tests has every part",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/mod.rs: replace && with ||",
+        count: 1,
+        reason: "the machine of these tests has every part",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/mod.rs: replace match guard Self::HAS_NETWORK with true in Vm<P, C, SLOTS>::sizes",
+        count: 1,
+        reason: "the machine of these tests has every part",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/mod.rs: replace && with || in Vm<P, C, SLOTS>::send_changes",
+        count: 1,
+        reason: "without a change all entries and swarms are looked through, and none is sent",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/mod.rs: replace Vm<P, C, SLOTS>::has_changes -> bool with true",
+        count: 1,
+        reason: "without a change all entries and swarms are looked through, and none is sent",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/mod.rs: replace && with || in Vm<P, C, SLOTS>::has_changes",
+        count: 1,
+        reason: "without a change all entries and swarms are looked through, and none is sent",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/advertise.rs: replace < with <= in Vm<P, C, SLOTS>::flush_next",
+        count: 1,
+        reason: "the slots after the last entry hold numbers of stigmergies, whose tags are no news",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/entries.rs: replace | with ^ in Vm<P, C, SLOTS>::stamp",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/entries.rs: replace + with - in Vm<P, C, SLOTS>::forget_deleted",
+        count: 1,
+        reason: "the key is in the first slot: 0 is subtracted",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/entries.rs: replace + with - in Vm<P, C, SLOTS>::is_entry",
+        count: 1,
+        reason: "the key is in the first slot: 0 is subtracted",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/index.rs: replace + with - in Vm<P, C, SLOTS>::link_entry",
+        count: 1,
+        reason: "the key is in the first slot: 0 is subtracted",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/index.rs: replace + with - in Vm<P, C, SLOTS>::unlink_entry",
+        count: 1,
+        reason: "the key is in the first slot: 0 is subtracted",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/index.rs: replace ^ with | in Vm<P, C, SLOTS>::head_slot",
+        count: 1,
+        reason: "an entry is looked for in the chain that it was put into, no matter which",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/index.rs: replace ^ with & in Vm<P, C, SLOTS>::head_slot",
+        count: 1,
+        reason: "an entry is looked for in the chain that it was put into, no matter which",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/index.rs: replace * with + in Vm<P, C, SLOTS>::head_slot",
+        count: 1,
+        reason: "an entry is looked for in the chain that it was put into, no matter which",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/index.rs: replace * with / in Vm<P, C, SLOTS>::head_slot",
+        count: 1,
+        reason: "an entry is looked for in the chain that it was put into, no matter which",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/merging.rs: replace < with <= in Vm<P, C, SLOTS>::is_unsettled",
+        count: 1,
+        reason: "the low bits of the clocks are half a circle apart then, and neither is the earlier one",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/messages.rs: replace && with || in Vm<P, C, SLOTS>::next_message",
+        count: 1,
+        reason: "without a conflict there is no entry under the key, or the conflict that has ended is decided in the same way again",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/messages.rs: replace + with * in Vm<P, C, SLOTS>::drop_operands",
+        count: 2,
+        reason: "the last local, the digest of a conflict, is overwritten by a value that has been read, or where none is needed",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/neighbors.rs: replace + with - in Vm<P, C, SLOTS>::record",
+        count: 1,
+        reason: "a call leaves room for more than three slots: a test calls the function at each depth of the stack",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/neighbors.rs: replace + with * in Vm<P, C, SLOTS>::record",
+        count: 2,
+        reason: "more room is asked for than is needed; and a collection keeps cells until the next one that calls before have left",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: replace match guard P::FULL with true in Vm<P, C, SLOTS>::read",
+        count: 1,
+        reason: "a message of `tiny` has no text",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: replace match guard P::FULL with true in Vm<P, C, SLOTS>::write_item",
+        count: 1,
+        reason: "a script of `tiny` has no text that was made at run time",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: replace Vm<P, C, SLOTS>::read_flat -> Result<Option<Head>, Stopped> with Ok(None)",
+        count: 1,
+        reason: "a shortcut of computers: what it does not read, the slower way reads",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: delete ! in Vm<P, C, SLOTS>::read_flat",
+        count: 1,
+        reason: "a shortcut of computers: what it does not read, the slower way reads",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: replace * with + in Vm<P, C, SLOTS>::read_flat",
+        count: 2,
+        reason: "a shortcut of computers: what it does not read, the slower way reads",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: replace * with / in Vm<P, C, SLOTS>::read_flat",
+        count: 2,
+        reason: "a shortcut of computers: what it does not read, the slower way reads",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: replace += with *= in Vm<P, C, SLOTS>::read_flat",
+        count: 1,
+        reason: "a shortcut of computers: what it does not read, the slower way reads",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: replace + with * in Vm<P, C, SLOTS>::read_flat",
+        count: 2,
+        reason: "a shortcut of computers: what it does not read, the slower way reads",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: replace < with <= in Vm<P, C, SLOTS>::read_flat",
+        count: 1,
+        reason: "a shortcut of computers: what it does not read, the slower way reads",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/serial.rs: replace + with - in Vm<P, C, SLOTS>::read_flat",
+        count: 1,
+        reason: "the table is in the first slot: 0 is subtracted",
     },
 ];

@@ -168,6 +168,8 @@ pub struct Recorder {
     pub symbols: Option<Rc<Symbols>>,
     /// Faults that ended a listener or a handler of conflicts.
     pub contained: Vec<Fault>,
+    /// The functions that ran at each of these faults, at most a hundred: the listener, and those that it called.
+    pub contained_calls: Vec<usize>,
     /// Times that the machine has asked again whether a function or delay is finished.
     pub asked_again: u32,
     /// The same, for what the script waits for now.
@@ -187,6 +189,7 @@ impl Default for Recorder {
             link: Box::new(Direct::default()),
             symbols: None,
             contained: Vec::new(),
+            contained_calls: Vec::new(),
             asked_again: 0,
             polls: 0,
             calls: 0,
@@ -332,9 +335,10 @@ impl<P: Profile> Host<P> for Recorder {
     fn contain<C: ByteCode, const SLOTS: usize>(
         &mut self,
         fault: &Fault,
-        _: Calls<'_, P, C, SLOTS>,
+        calls: Calls<'_, P, C, SLOTS>,
     ) -> bool {
         self.contained.push(*fault);
+        self.contained_calls.push(calls.take(100).count());
         true
     }
 }

@@ -198,7 +198,7 @@ fn the_winner_is_the_entry_that_was_put() {
                  if(local.robot > remote.robot) return local
                  return remote
                }})
-               if(id < 3) v.put(1, {value})
+               if(id < 3) v.put(-1, {value})
              }}
              function step() {{}}"
         );

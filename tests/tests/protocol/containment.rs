@@ -28,6 +28,7 @@ fn drops_the_message<P: Profile>() {
     assert_eq!(contained.len(), 5);
     assert!(contained.iter().all(|fault| fault.code == FaultCode::WrongType));
     assert!(contained[0].position > 0, "the place in the listener is known");
+    assert_eq!(swarm.robots[0].host.contained_calls, [1; 5], "nothing has called the listener");
     assert_eq!(swarm.robots[1].counters().failed, 0);
 }
 

@@ -414,3 +414,82 @@ fn an_entry_is_no_neighbor() {
         }";
     last(1, 140, script, &["0 0 1 5.5 7.5"]);
 }
+
+/// Ids without a neighbor lie below those of neighbors, too.
+#[test]
+fn other_robots_have_no_place() {
+    last(
+        3,
+        12,
+        "function step() {
+           var n = 0
+           for(i = 0, i < 9, i = i + 1) if(not isnil(neighbors.get(i))) n = n * 10 + i
+           log(n)
+         }",
+        &["23", "13", "12"],
+    );
+}
+
+/// Slots that a call has left hold tables that are gone. A machine that collects before each allocation does not take them for its
+/// own, in a listener or in a table for the place of a neighbor.
+#[test]
+fn slots_of_ended_calls_are_no_values() {
+    fn run<P: Profile>() {
+        let mut swarm: Swarm<P> = Swarm::new(
+            3,
+            "function leave() { var a = {} var b = {} var c = {} var d = {} var e = {} var f = {} }
+             n = 0
+             function init() {
+               neighbors.listen(\"x\", function(topic, value, robot) { kept = {.n = n}  n = kept.n + value })
+             }
+             function step() {
+               leave()
+               leave()
+               kept = {}
+               kept = {}
+               neighbors.broadcast(\"x\", 1)
+               var place = neighbors.get(2)
+               if(not isnil(place)) kept = {.d = place.distance}
+               log(n)
+             }",
+        );
+        swarm.robots.iter_mut().for_each(|robot| robot.vm.torture.collect_always = true);
+        swarm.steps(6);
+        assert_eq!(swarm.last(), ["10"; 3], "{}", P::NAME);
+    }
+    run::<Tiny>();
+    run::<Full>();
+}
+
+/// The place of a neighbor takes three slots of the stack while it is made, wherever the stack ends.
+#[test]
+fn a_place_at_the_end_of_the_stack_is_a_fault_or_whole() {
+    fn run<P: Profile>(locals: usize) {
+        let all: Vec<String> = (0..locals).map(|number| format!("var l{number} = n")).collect();
+        let mut swarm: Swarm<P> = Swarm::new(
+            2,
+            &format!(
+                "t = 0
+                 kept = {{}}
+                 function deep(n) {{
+                   {}
+                   kept[n % 8] = {{.a = n}}
+                   var d = neighbors.get(3 - id)
+                   if(d.distance > 0) deep(n + 1)
+                 }}
+                 function step() {{ t = t + 1  if(t > 9) deep(0)  log(t) }}",
+                all.join(" ")
+            ),
+        );
+        swarm.steps(9);
+        let fault = swarm.robots[0].step().expect_err("it calls without end");
+        assert!(
+            matches!(fault.code, FaultCode::StackOverflow | FaultCode::OutOfMemory),
+            "{fault:?}, {locals} locals"
+        );
+    }
+    for locals in 0..8 {
+        run::<Tiny>(locals);
+        run::<Full>(locals);
+    }
+}
