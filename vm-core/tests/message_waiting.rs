@@ -7,7 +7,7 @@ use bittybuzz_vm_core::message::{
 };
 use bittybuzz_vm_core::number::{Full, Profile, Tiny};
 
-const SCRIPT: ScriptIdentity = ScriptIdentity { hash: 0x1234_5678, strings: 20 };
+const SCRIPT: ScriptIdentity = ScriptIdentity { hash: 0x1234_5678, strings: 300 };
 
 fn broadcast<P: Profile>(robot: u16, topic: u16, value: i32) -> Vec<u8> {
     let mut frame = [0; 20];
@@ -41,6 +41,7 @@ fn a_stale_broadcast_is_replaced_on_its_topic() {
 /// A topic or key.
 #[derive(Clone, Copy)]
 enum Name {
+    Int(i32),
     String(u16),
     Text(&'static str),
 }
@@ -49,6 +50,7 @@ fn content<P: Profile>(head: Head, name: Name, value: i32) -> Vec<u8> {
     let mut room = [0; 128];
     let mut writer = ContentWriter::new(&mut room, SCRIPT, head);
     match name {
+        Name::Int(number) => writer.item::<P>(ContentItem::Plain(Value::int(number))),
         Name::String(number) => writer.item::<P>(ContentItem::Plain(Value::string(number))),
         Name::Text(text) => {
             writer.item::<P>(ContentItem::Text(text.len() as u8));
@@ -62,7 +64,16 @@ fn content<P: Profile>(head: Head, name: Name, value: i32) -> Vec<u8> {
     room[..length].to_vec()
 }
 
-const TEXTS: [&str; 6] = ["", "a", "b", "ab", "abc", "a text of some more bytes"];
+const TEXTS: [&str; 8] = [
+    "",
+    "a",
+    "b",
+    "ab",
+    "abc",
+    "a text of some more bytes",
+    "a text of some other byte",
+    "a text of some more byte.",
+];
 
 /// The names of contents are different ones, whether they are constants or texts.
 fn contents<P: Profile>(names: &[Name]) {
@@ -92,9 +103,11 @@ fn contents<P: Profile>(names: &[Name]) {
 
 #[test]
 fn a_content_is_replaced_under_its_name() {
-    let strings = [2, 3, 19].map(Name::String);
-    contents::<Tiny>(&strings);
-    contents::<Full>(&[strings.as_slice(), &TEXTS.map(Name::Text)].concat());
+    let strings = [2, 3, 19, 2 + 256].map(Name::String);
+    let numbers = [1, 2, 1 + 256].map(Name::Int);
+    contents::<Tiny>(&[strings.as_slice(), &numbers].concat());
+    let numbers = [1, 2, 1 + 256, 1 + (1 << 16), 1 + (1 << 24)].map(Name::Int);
+    contents::<Full>(&[strings.as_slice(), &numbers, &TEXTS.map(Name::Text)].concat());
 }
 
 /// The first fragment of a long broadcast, with as many bytes of the content.

@@ -324,8 +324,8 @@ pub const SURVIVORS: &[Survivor] = &[
     },
     Survivor {
         mutant: "vm-core/src/stamp.rs: replace < with > in Stamp<P>::order",
-        count: 1,
-        reason: "the types in the reverse order: robots need the same order, no matter which",
+        count: 3,
+        reason: "types, bits or digests in the reverse order: robots need the same order, no matter which",
     },
     Survivor {
         mutant: "vm-core/src/machine/network/mod.rs: replace || with &&",
@@ -481,5 +481,50 @@ pub const SURVIVORS: &[Survivor] = &[
         mutant: "vm-core/src/machine/network/serial.rs: replace + with - in Vm<P, C, SLOTS>::read_flat",
         count: 1,
         reason: "the table is in the first slot: 0 is subtracted",
+    },
+    Survivor {
+        mutant: "vm-core/src/machine/network/advertise.rs: replace && with || in Vm<P, C, SLOTS>::digest",
+        count: 1,
+        reason: "the sum is computed once more, and is the same",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/mod.rs: replace | with ^ in Fragment<'a>::parse",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/mod.rs: replace | with ^ in Fragment<'a>::head",
+        count: 2,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/waiting.rs: replace | with ^ in replaces_content",
+        count: 1,
+        reason: "the bits have none in common",
+    },
+    Survivor {
+        mutant: "vm-core/src/message/content.rs: replace - with + in ContentReader<'a>::plain",
+        count: 1,
+        reason: "a shortcut of computers: what it does not read, the slower way reads",
+    },
+    Survivor {
+        mutant: "vm-core/src/network.rs: replace > with >=",
+        count: 1,
+        reason: "computers, on which the tests run, count places in two bytes",
+    },
+    Survivor {
+        mutant: "vm-core/src/network.rs: replace > with >= in Sizes::stigmergies",
+        count: 1,
+        reason: "at a hundred entries both numbers are a hundred",
+    },
+    Survivor {
+        mutant: "vm-core/src/network.rs: replace Sizes::chains -> usize with 1",
+        count: 1,
+        reason: "an entry is looked for in the chain that it was put into, however many there are",
+    },
+    Survivor {
+        mutant: "vm-core/src/network.rs: replace / with * in Sizes::chains",
+        count: 1,
+        reason: "an entry is looked for in the chain that it was put into, however many there are",
     },
 ];

@@ -189,6 +189,30 @@ fn a_robot_that_has_put_nothing_takes_entries_in_its_name() {
     }
 }
 
+/// A later put takes the place of one that no neighbor has confirmed.
+#[test]
+fn the_last_put_is_advertised() {
+    let mut swarm: Swarm<Tiny> = Swarm::new(
+        1,
+        "t = 0
+         function init() { v = stigmergy.create(1) }
+         function step() { t = t + 1  if(t == 20) v.put(1, 5)  if(t == 30) v.put(2, 5) }",
+    );
+    swarm.steps(30);
+    let sent = sent_by(&mut swarm, 0);
+    swarm.steps(30);
+    let script = swarm.robots[0].script();
+    let keys: Vec<Option<i32>> = sent
+        .borrow()
+        .iter()
+        .filter_map(|frame| match Message::<Tiny>::decode(frame, script) {
+            Ok(Message::Entry(entry)) => Some(entry.key.as_int()),
+            _ => None,
+        })
+        .collect();
+    assert!(keys.len() >= 3 && keys.iter().all(|key| *key == Some(2)), "{keys:?}");
+}
+
 /// Keys that robot 1 sends while another robot's entries of key 2 come, with a clock of their own each or always the same. The put of
 /// key 1 is confirmed before, or not.
 fn keys_sent(is_confirmed: bool, is_new: bool) -> (usize, usize) {

@@ -4,7 +4,7 @@ use bittybuzz_testkit::{FORGER, Program, SIZES, Swarm, TestRobot};
 use bittybuzz_vm_core::message::{Message, StigmergyEntry};
 use bittybuzz_vm_core::number::{Full, Tiny};
 use bittybuzz_vm_core::opcode::CALL_BUILTIN;
-use bittybuzz_vm_core::{FaultCode, Sizes, Value, builtin};
+use bittybuzz_vm_core::{ENTRIES_MAX, FaultCode, SLOTS_MAX, Sizes, Value, builtin};
 
 /// Counts broadcasts. Robot 2 sends one in each step.
 pub const LISTEN: &str = "n = 0
@@ -207,6 +207,20 @@ fn sizes_are_clamped() {
         assert_eq!(fault.code, code);
         assert_eq!(robot.host.logs().last(), Some(&count.to_string()));
     }
+}
+
+/// The most entries fit the largest memory, with their index and room for a script; a machine that is asked for more has these.
+#[test]
+fn the_most_entries_fit_the_largest_memory() {
+    let sizes = |entries| Sizes { neighbors: 0, bearings: false, entries, swarms: 0 };
+    let slots = sizes(ENTRIES_MAX).slots();
+    assert!((60_000 - 2_000..SLOTS_MAX).contains(&slots), "{slots} of {SLOTS_MAX}");
+    let script = "function init() { v = stigmergy.create(1)  v.put(1, 5) }
+        function step() { log(v.get(1)) }";
+    let image = Program::new::<Full>(script).leak();
+    let mut robot: TestRobot<Full, _, SLOTS_MAX> = TestRobot::new(image, 1, sizes(u16::MAX));
+    robot.step().expect("there is room");
+    assert_eq!(robot.host.logs(), ["5"]);
 }
 
 /// A put in a handler of conflicts is later than the conflict, whatever it returns.

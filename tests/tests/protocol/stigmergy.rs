@@ -145,10 +145,10 @@ fn a_robot_reclaims_its_key_a_limited_number_of_times() {
 fn digest_after(puts: &str) -> u32 {
     let script = format!(
         "function init() {{
-           s = stigmergy.create(1)
-           t = stigmergy.create(2)
-           u = stigmergy.create(3)
-           w = stigmergy.create(4)
+           s = stigmergy.create(0)
+           t = stigmergy.create(1)
+           u = stigmergy.create(2)
+           w = stigmergy.create(3)
          }}
          function step() {{ if(id == 7) {{ s.put(1, 1) s.put(2, 1) s.put(3, 1) }} }}
          function reset() {{ {puts} }}"
