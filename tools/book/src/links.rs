@@ -2,7 +2,12 @@
 
 use anyhow::{Context, Result, ensure};
 use fs_err as fs;
-use scraper::{Html, Selector};
+use html5ever::tendril::StrTendril;
+use html5ever::tokenizer::states::RawKind;
+use html5ever::tokenizer::{
+    BufferQueue, Tag, TagKind, Token, TokenSink, TokenSinkResult, Tokenizer, TokenizerOpts,
+};
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -10,6 +15,7 @@ use std::path::{Path, PathBuf};
 const PRINT: &str = "print.html";
 
 /// The links and the anchors of a page.
+#[derive(Default)]
 struct BookPage {
     links: Vec<String>,
     anchors: BTreeSet<String>,
@@ -43,24 +49,58 @@ fn read(folder: &Path, pages: &mut BTreeMap<PathBuf, BookPage>) -> Result<()> {
             read(&path, pages)?;
         } else if path.extension().is_some_and(|ending| ending == "html") && !path.ends_with(PRINT)
         {
-            let html = Html::parse_document(&fs::read_to_string(&path)?);
-            let page = BookPage {
-                links: values(&html, "[href], [src]", &["href", "src"]),
-                anchors: values(&html, "[id]", &["id"]).into_iter().collect(),
-            };
+            let page = BookPage::parse(&fs::read_to_string(&path)?);
             pages.insert(path, page);
         }
     }
     Ok(())
 }
 
-/// Returns the values of attributes of all elements that match a selector.
-fn values(html: &Html, selector: &'static str, attributes: &[&str]) -> Vec<String> {
-    let Ok(selector) = Selector::parse(selector) else { return Vec::new() };
-    let elements = html.select(&selector);
-    let values = elements
-        .flat_map(|element| attributes.iter().filter_map(move |name| element.value().attr(name)));
-    values.map(str::to_owned).collect()
+impl BookPage {
+    fn parse(html: &str) -> BookPage {
+        let input = BufferQueue::default();
+        input.push_back(StrTendril::from_slice(html));
+        let tokenizer = Tokenizer::new(Attributes::default(), TokenizerOpts::default());
+        // No tag makes `Attributes` stop before the end of the input.
+        let _ = tokenizer.feed(&input);
+        tokenizer.end();
+        tokenizer.sink.0.into_inner()
+    }
+
+    /// Adds the links and the anchor of an element.
+    fn add(&mut self, tag: &Tag) {
+        for attribute in &tag.attrs {
+            let value = attribute.value.to_string();
+            match &*attribute.name.local {
+                "href" | "src" => self.links.push(value),
+                "id" => drop(self.anchors.insert(value)),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Collects the attributes of all elements.
+#[derive(Default)]
+struct Attributes(RefCell<BookPage>);
+
+impl TokenSink for Attributes {
+    type Handle = ();
+
+    fn process_token(&self, token: Token, _line: u64) -> TokenSinkResult<()> {
+        let Token::TagToken(tag) = token else { return TokenSinkResult::Continue };
+        if tag.kind == TagKind::EndTag {
+            return TokenSinkResult::Continue;
+        }
+        self.0.borrow_mut().add(&tag);
+        // The text in these elements is no HTML (HTML Living Standard, 13.4).
+        match &*tag.name {
+            "script" => TokenSinkResult::RawData(RawKind::ScriptData),
+            "style" => TokenSinkResult::RawData(RawKind::Rawtext),
+            "title" | "textarea" => TokenSinkResult::RawData(RawKind::Rcdata),
+            _ => TokenSinkResult::Continue,
+        }
+    }
 }
 
 fn leads_somewhere(pages: &BTreeMap<PathBuf, BookPage>, from: &Path, link: &str) -> Result<bool> {
@@ -80,4 +120,21 @@ fn leads_somewhere(pages: &BTreeMap<PathBuf, BookPage>, from: &Path, link: &str)
         return Ok(target.exists());
     }
     Ok(pages.get(&target).is_some_and(|page| page.anchors.contains(anchor)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_and_anchors_are_those_of_elements() {
+        let page = BookPage::parse(
+            "<title><a href=title></title><h1 id=top>A</h1>\
+             <script src=book.js>x = '<a href=script id=script>'</script>\
+             <style>a::after { content: '<a href=style>' }</style>\
+             <!-- <a href=comment> --><a HREF='b.html#c&amp;d' class=x>b</a><img src=\"e.svg\"/>",
+        );
+        assert_eq!(page.links, ["book.js", "b.html#c&d", "e.svg"]);
+        assert_eq!(page.anchors, BTreeSet::from(["top".to_owned()]));
+    }
 }
