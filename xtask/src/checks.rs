@@ -17,6 +17,7 @@ use bittybuzz_builds::{chip, on_chip, setup, test_programs};
 use bittybuzz_guides::Runs;
 use bittybuzz_soak as soak;
 use clap::ValueEnum;
+use fs_err as fs;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -213,11 +214,13 @@ fn locks() -> Result<()> {
 fn document() -> Result<()> {
     const MACHINE: &str = "bittybuzz-vm-core";
     let strict = |line: Invocation| line.env("RUSTDOCFLAGS", "-D warnings");
-    // The profiles are those of the lints, which have checked the dependencies already.
-    let others = ["doc", "--no-deps", "--exclude", MACHINE];
-    strict(Invocation::cargo(&[&others[..], &all_but_emulators()].concat())).run()?;
-    let emulated = ["doc", "--no-deps", "--release"];
-    strict(Invocation::cargo(&[&emulated[..], &emulators()].concat())).run()?;
+    // Profiles, targets and wrapper are those of the lints, which have checked all crates already. The
+    // features of tests are among them only if examples are documented, too.
+    let targets = ["doc", "--no-deps", "--lib", "--bins", "--examples"];
+    let others = [&targets[..], &["--exclude", MACHINE], &all_but_emulators()].concat();
+    as_linted(strict(Invocation::cargo(&others)))?.run()?;
+    let emulated = [&targets[..], &["--release"], &emulators()].concat();
+    as_linted(strict(Invocation::cargo(&emulated)))?.run()?;
     // The tables of opcodes describe instructions with brackets that are no links.
     Invocation::cargo(&["doc", "--package", MACHINE, "--no-deps"])
         .env("RUSTDOCFLAGS", "-D warnings -A rustdoc::broken-intra-doc-links")
@@ -235,6 +238,19 @@ const CLIPPY: [&str; 2] = ["clippy", "--all-targets"];
 
 /// Options of the lints that make every warning an error.
 const DENY: [&str; 3] = ["--", "-D", "warnings"];
+
+/// Lets cargo use crates of the workspace as [`CLIPPY`] has checked them: clippy is a wrapper of the
+/// compiler, with its options in a variable. With another path or other options cargo checks these
+/// crates again, and the result is the same.
+fn as_linted(line: Invocation) -> Result<Invocation> {
+    let output = Invocation::new("rustup", &["which", "clippy-driver"]).unannounced().output(0)?;
+    // Cargo's command follows the links of its own path.
+    let driver = fs::canonicalize(String::from_utf8(output.stdout)?.trim_end())?;
+    let options = DENY[1..].iter().map(|option| format!("{option}__CLIPPY_HACKERY__"));
+    Ok(line
+        .env("RUSTC_WORKSPACE_WRAPPER", &driver.display().to_string())
+        .env("CLIPPY_ARGS", &options.collect::<String>()))
+}
 
 /// Checks lock files, spelling, format and lints of every workspace. The profiles of the two chores differ,
 /// so that both run: firmware has long chains of crates, which keep one processor busy.

@@ -1,4 +1,4 @@
-//! The command line: `bittybuzz-book FOLDER` writes the book into the folder.
+//! The command line: `build-book FOLDER` writes the book into the folder.
 
 use std::env;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let Some(folder) = env::args_os().nth(1) else {
-        eprintln!("usage: bittybuzz-book FOLDER");
+        eprintln!("usage: build-book FOLDER");
         return ExitCode::from(3);
     };
     match bittybuzz_book::build(Path::new(&folder)) {
@@ -15,7 +15,7 @@ fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!("bittybuzz-book: {error:#}");
+            eprintln!("build-book: {error:#}");
             ExitCode::FAILURE
         }
     }
