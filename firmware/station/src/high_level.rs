@@ -54,6 +54,9 @@ impl Station {
             Err(block) => return Outcome::Blocked(block),
         };
         self.waiting = None;
+        if kind == StationCommand::Plan {
+            self.grounding_ms = None;
+        }
         if passage == Passage::Resume {
             let outcome = resume(stack);
             if outcome == Outcome::Done {
@@ -67,11 +70,7 @@ impl Station {
                 self.waiting = Some(Waiting { command: *command, until_ms });
                 Outcome::Done
             }
-            HighLevelCommand::Stop => {
-                self.start = None;
-                stack.stop();
-                Outcome::Done
-            }
+            HighLevelCommand::Stop => self.stop(stack, now_ms),
             HighLevelCommand::Land(flight) => {
                 if passage == Passage::Execute {
                     self.land(&flight, stack)

@@ -94,6 +94,10 @@ pub struct Station {
     permission: Permission,
     start: Option<Start>,
     waiting: Option<Waiting>,
+    /// The time of the last set-point if it led to the ground.
+    grounding_ms: Option<u64>,
+    /// The time at which the motors stop at the latest, of a robot that lands before it stops.
+    stop_due_ms: Option<u64>,
     /// The time of the last packet, once there was one.
     heard_ms: Option<u64>,
     info: SupervisorInfo,
@@ -108,6 +112,8 @@ impl Station {
             permission: Permission::Absent,
             start: None,
             waiting: None,
+            grounding_ms: None,
+            stop_due_ms: None,
             heard_ms: None,
             info: SupervisorInfo::default(),
         }
@@ -191,9 +197,13 @@ impl Station {
         }
         let has_landed = stage == SupervisorStage::Landed
             || stage == SupervisorStage::Flying && stack.has_landed();
-        if has_landed {
+        let is_stop_due = self.stop_due_ms.is_some_and(|due_ms| now_ms >= due_ms);
+        if has_landed || is_stop_due {
             stack.stop();
             has_command = true;
+        }
+        if !stack.is_flying() {
+            self.stop_due_ms = None;
         }
         if let Some(start) = self.start {
             if now_ms >= start.until_ms || !self.may_start(now_ms) {

@@ -1,7 +1,7 @@
 //! Set-points of a station: ports 3 and 7.
 
 use bittybuzz_crtp::{FullState, Setpoint, ThrustSetpoint, Tilt, Vertical};
-use bittybuzz_flight::arbiter::{Passage, StationCommand};
+use bittybuzz_flight::arbiter::{Passage, SETPOINT_FRESH_MS, StationCommand};
 use bittybuzz_flight::planner::{VelocityCommand, VelocityFrame};
 use bittybuzz_flight::stack::{AttitudeCommand, FlightStack};
 use bittybuzz_flight::supervisor::SupervisorStage;
@@ -16,6 +16,13 @@ const CLIMB_M_S: f32 = 0.5;
 const LIFT_M_S: f32 = 0.3;
 /// Height in m above the ground that a set-point must exceed to start the robot.
 const LIFT_M: f32 = 0.08;
+/// Height in m above the ground from which down a set-point leads to the ground: robots that follow
+/// set-points stay that high.
+const GROUND_M: f32 = 0.05;
+/// Time in seconds for which a set-point holds.
+const HOLD_S: f32 = SETPOINT_FRESH_MS as f32 / 1000.0;
+/// Time in ms that a landing may take longer than planned until a stop takes effect.
+const LANDING_SPARE_MS: f32 = 3000.0;
 /// The thrust that keeps the height, and its distance from the greatest: as Bitcraze's firmware in its
 /// mode that holds the height (crtp_commander_rpyt.c).
 const HOVER_THRUST: f32 = 32_767.0;
@@ -29,7 +36,7 @@ impl Station {
         now_ms: u64,
     ) -> Outcome {
         let kind = match setpoint {
-            Setpoint::Stop => StationCommand::Stop,
+            Setpoint::Stop => return self.stop(stack, now_ms),
             Setpoint::Thrust(thrust) => StationCommand::Thrust { is_zero: thrust.thrust == 0 },
             _ => StationCommand::Setpoint,
         };
@@ -41,10 +48,7 @@ impl Station {
         }
         self.start = None;
         self.waiting = None;
-        if *setpoint == Setpoint::Stop {
-            stack.stop();
-            return Outcome::Done;
-        }
+        self.grounding_ms = leads_to_ground(setpoint, stack).then_some(now_ms);
         let climb_m_s = climb_m_s(setpoint, stack);
         match stage {
             SupervisorStage::Flying => apply(setpoint, climb_m_s, stack),
@@ -62,6 +66,50 @@ impl Station {
             _ => Outcome::Done,
         }
     }
+
+    /// Turns the motors off. A robot whose set-points led to the ground just before lands first: it
+    /// follows them late, so that it would fall from a height of up to 0.7 m. cflib's MotionCommander
+    /// sends the stop together with its last height.
+    pub(super) fn stop(&mut self, stack: &mut FlightStack, now_ms: u64) -> Outcome {
+        if self.stop_due_ms.is_some() {
+            return Outcome::Done;
+        }
+        let stage = stack.stage();
+        let is_grounding = self
+            .grounding_ms
+            .is_some_and(|last_ms| now_ms.saturating_sub(last_ms) <= SETPOINT_FRESH_MS);
+        if is_grounding
+            && self.arbiter.pass_station(StationCommand::Land, stage, now_ms).is_ok()
+            && let Ok(report) = stack.land(None)
+        {
+            let patience_ms = 1000.0 * report.duration_s + LANDING_SPARE_MS;
+            self.stop_due_ms = Some(now_ms + patience_ms as u64);
+            return Outcome::Done;
+        }
+        if let Err(block) = self.arbiter.pass_station(StationCommand::Stop, stage, now_ms) {
+            return Outcome::Blocked(block);
+        }
+        self.start = None;
+        self.waiting = None;
+        stack.stop();
+        Outcome::Done
+    }
+}
+
+/// Returns true if a set-point leads to the ground while it holds. Those of sticks do not count: a
+/// pilot who stops means it.
+fn leads_to_ground(setpoint: &Setpoint, stack: &FlightStack) -> bool {
+    let after = |climb_m_s: f32| stack.state().position_m.z + HOLD_S * climb_m_s;
+    let height_m = match *setpoint {
+        Setpoint::Stop | Setpoint::Thrust(_) => return false,
+        Setpoint::Attitude { vertical: Vertical::HeightM(height_m), .. }
+        | Setpoint::Hover { height_m, .. }
+        | Setpoint::FullState(FullState { position_m: [_, _, height_m], .. })
+        | Setpoint::Position { position_m: [_, _, height_m], .. } => height_m,
+        Setpoint::Velocity { velocity_m_s: [_, _, climb_m_s], .. }
+        | Setpoint::Attitude { vertical: Vertical::SpeedMS(climb_m_s), .. } => after(climb_m_s),
+    };
+    height_m <= stack.ground_m() + GROUND_M
 }
 
 /// Returns the vertical speed in m/s to which a set-point leads.

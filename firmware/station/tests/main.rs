@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
+mod landings;
 mod rig;
 
 use bittybuzz_crtp::Refusal;
@@ -166,7 +167,7 @@ fn the_autonomous_sequence_of_cflib_flies() {
     rig.stream(&position(Vec3::ZERO), 5000);
     rig.command(STOP);
     rig.send(&bytes(SETPOINTS_END));
-    rig.run_until_off(100);
+    rig.run_until_off(5000);
     rig.assert_whole();
 }
 

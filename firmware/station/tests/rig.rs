@@ -32,6 +32,8 @@ pub struct Rig {
     pub has_script: bool,
     /// Voltage that the robot measures instead of its battery's.
     pub battery_v: Option<f32>,
+    /// The air and the ground around the body.
+    pub surroundings: DroneSurroundings,
     drone: Drone,
     imu: Imu,
     capture: MotionCapture,
@@ -55,6 +57,7 @@ impl Rig {
             source: CommandSource::Script,
             has_script: false,
             battery_v: None,
+            surroundings: DroneSurroundings::default(),
             drone,
             imu: Imu::new(&Airframe::CRAZYFLIE_2_1_PLUS, ImuSettings::BMI088, seed),
             capture: MotionCapture::new(MotionCaptureSettings::ROOM, seed),
@@ -85,7 +88,7 @@ impl Rig {
     pub fn run(&mut self, ms: u64) {
         for _ in 0..ms {
             self.now_ms += 1;
-            self.drone.step(self.duties.0.map(f64::from), &DroneSurroundings::default());
+            self.drone.step(self.duties.0.map(f64::from), &self.surroundings);
             let state = *self.drone.state();
             if let Some(pose) = self.capture.sample(&state) {
                 self.stack.receive_pose(&PoseMeasurement {

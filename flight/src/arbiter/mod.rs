@@ -16,8 +16,9 @@
 //! 5. The **script** has it otherwise. The loss of a station that does not command the robot changes
 //!    nothing.
 //!
-//! To turn the motors off is permitted to a station at any time. The thrust of a set-point counts
-//! only after one without thrust, so that a stick that is up does not start a robot (Bitcraze's
+//! To turn the motors off is permitted to a station at any time. A stop that ends a descent by
+//! set-points comes as a landing (firmware/station, setpoint.rs). The thrust of a set-point counts only
+//! after one without thrust, so that a stick that is up does not start a robot (Bitcraze's
 //! crtp_commander_rpyt.c does the same).
 
 #[cfg(test)]

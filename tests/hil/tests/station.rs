@@ -1,9 +1,14 @@
 //! A ground station flies the firmware's image in the physics, by packets that cflib 0.1.34 sent for these
 //! calls (comms/crtp/tests/vectors).
 
+use std::time::Duration;
+
 use bittybuzz_hil::{
     Command, Core, EmulatorEvent, RADIO_RAW, Robot, TraceLog, frames, motors, resets, standing,
 };
+use serde_json::Value;
+
+use crate::flight::last_motion;
 
 /// `supervisor.send_arming_request(True)`, and its answer: accepted, armed.
 const ARM: [u8; 3] = [0x9d, 1, 1];
@@ -22,6 +27,13 @@ const LAND: [u8; 16] = [
     0x8c, 0x08, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xc0, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x40,
 ];
 
+/// Flights of cflib's MotionCommander, each with its height in m, the speed of its landing in m/s,
+/// and the times in ms and the digits of its packets.
+const MOTION_COMMANDER: &str =
+    include_str!("../../../firmware/station/tests/vectors/motion_commander.jsonl");
+/// A script that does nothing.
+const IDLE: &str = "function init() {}\nfunction step() {}\n";
+
 fn place_m(robot: &Robot) -> [f64; 3] {
     let place = robot.events.iter().rev().find_map(|event| match event.event {
         EmulatorEvent::Motion { position_m, .. } => Some(position_m),
@@ -35,14 +47,19 @@ fn distance_m(robot: &Robot, to_m: [f64; 3]) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-/// The script of the robot does nothing. Poses come from a motion capture, which is a station too, so the
-/// plans stay in force.
-#[test]
-fn a_station_flies_the_image() {
-    let mut robot = standing("function init() {}\nfunction step() {}\n", 1);
+/// Returns a robot that the station armed.
+fn armed(seed: u64) -> Robot {
+    let mut robot = standing(IDLE, seed);
     robot.send(RADIO_RAW, &ARM);
     robot.run_ms(50);
     assert!(frames(&robot.events, RADIO_RAW).any(|(_, packet)| packet == ARMED), "not armed");
+    robot
+}
+
+/// Poses come from a motion capture, which is a station too, so the plans stay in force.
+#[test]
+fn a_station_flies_the_image() {
+    let mut robot = armed(1);
     robot.send(RADIO_RAW, &TAKE_OFF);
     robot.run_ms(4_000);
     assert!((place_m(&robot)[2] - 0.5).abs() < 0.02, "{:?}", place_m(&robot));
@@ -58,6 +75,39 @@ fn a_station_flies_the_image() {
     assert_eq!(motors(&robot.events), [0.0; 4]);
     assert!(distance_m(&robot, [1.0, -2.0, 0.0]) < 0.1, "{:?}", place_m(&robot));
     assert_eq!(resets(&robot.events), []);
+}
+
+/// The commander stops the motors when its height has reached the ground, and the robot is late. The
+/// tests of firmware/station replay all flights, this one each second of them.
+#[test]
+fn the_motion_commander_lands_the_image() {
+    let mut landings = 0;
+    for (seed, line) in (2..).zip(MOTION_COMMANDER.lines().skip(1).step_by(2)) {
+        let flight: Value = serde_json::from_str(line).unwrap();
+        let name = format!("{} m, {} m/s", flight[0], flight[1]);
+        let mut robot = armed(seed);
+        let begin = robot.now();
+        for packet in flight[2].as_array().unwrap() {
+            let at = begin + Duration::from_millis(packet[0].as_u64().unwrap());
+            robot.run_us(at.saturating_sub(robot.now()).as_micros() as u64);
+            robot.send(RADIO_RAW, &bytes(packet[1].as_str().unwrap()));
+        }
+        let late_m = last_motion(&robot).position_m[2];
+        assert!((0.08..0.8).contains(&late_m), "{name}: {late_m} m");
+        robot.run_ms(6_000);
+        let end = last_motion(&robot);
+        assert!(!end.has_crashed && end.position_m[2] < 0.03, "{name}: {:?}", end.position_m);
+        assert_eq!(motors(&robot.events), [0.0; 4], "{name}");
+        assert_eq!(resets(&robot.events), [], "{name}");
+        landings += 1;
+    }
+    assert_eq!(landings, 3);
+}
+
+/// Returns the bytes of hexadecimal digits.
+fn bytes(digits: &str) -> Vec<u8> {
+    let pairs = digits.as_bytes().chunks(2);
+    pairs.map(|pair| u8::from_str_radix(str::from_utf8(pair).unwrap(), 16).unwrap()).collect()
 }
 
 /// `extpos.send_extpos(1.5, -0.25, 0.015)` each 20 ms, on a robot that stands there and was switched on with

@@ -16,6 +16,7 @@ from cflib.crazyflie.log import LogConfig
 from cflib.crazyflie.mem import MemoryElement, Poly4D
 from cflib.crazyflie.syncCrazyflie import SyncCrazyflie
 from cflib.crazyflie.syncLogger import SyncLogger
+from cflib.crtp.crtpstack import CRTPPort
 from cflib.positioning.motion_commander import MotionCommander
 from cflib.utils.reset_estimator import reset_estimator
 
@@ -123,14 +124,34 @@ def motion(cf):
         commander.forward(0.1)
 
 
+def landing(cf, height, speed):
+    """Returns the set-points of a MotionCommander that takes off and lands at this speed, with their times in ms."""
+    setpoints, send = [], cf.link.send_packet
+    commander = MotionCommander(cf, default_height=height)
+
+    def record_setpoint(packet):
+        if packet.port == CRTPPort.COMMANDER_GENERIC:
+            setpoints.append([time.monotonic(), (bytes([packet.header]) + bytes(packet.data)).hex()])
+        send(packet)
+
+    cf.link.send_packet = record_setpoint
+    commander.take_off(velocity=0.4)
+    time.sleep(2)
+    commander.land(speed)
+    cf.link.send_packet = send
+    return [[round(1000 * (at - setpoints[0][0])), packet] for at, packet in setpoints]
+
+
 def wait(values):
     while not values:
         time.sleep(0.001)
     return values[-1]
 
 
-FUNCTIONS = {f.__name__: f for f in (call, record, tables, read, write, default, log, upload, states, console, motion)}
-FUNCTIONS["reset_estimator"] = reset_estimator
+FUNCTIONS = {
+    f.__name__: f
+    for f in (call, record, tables, read, write, default, log, upload, states, console, motion, landing, reset_estimator)
+}
 
 
 def answer(cf):
