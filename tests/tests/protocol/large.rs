@@ -69,7 +69,7 @@ fn the_index_finds_every_key() {
              else if(text == i) n = n + 1
            }
            # The memory of the index follows that of the swarms.
-           for(i = 0, i < 8, i = i + 1) if(swarms[i].id() != i + 50) n = 0
+           for(i = 0, i < 8, i = i + 1) if(swarms[i].id != i + 50) n = 0
            return n
          }
          function renewed() {
