@@ -345,7 +345,7 @@ fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
 /// The parts of a thousand by which the longest wait may differ. It is a handful of instructions, and the
 /// order of the image's functions, which depends on the folder of the sources, decides which byte meets
 /// them: 291, 333 and 401 ns were seen.
-const COINCIDENCE: u64 = 400;
+const COINCIDENCE: u64 = 200;
 
 #[test]
 fn noise_harms_nothing() {
