@@ -93,9 +93,9 @@ pub fn ci(step: Option<Step>) -> Result<()> {
 }
 
 /// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
-/// emulators count while the tests are compiled, and the sample of the long tests runs next to the
-/// browsers. The lints of host programs need no package, and run while packages come from the network
-/// and next to the other lints.
+/// emulators count while the tests are compiled, and the sample of the long tests runs next to the tests
+/// and the browsers. The lints of host programs need no package, and run while packages come from the
+/// network and next to the other lints.
 fn all_steps() -> Result<()> {
     let start = Instant::now();
     at_once(lint_host, || {
@@ -110,8 +110,13 @@ fn all_steps() -> Result<()> {
         site::module().map(drop)
     };
     at_once(|| run(Step::between(Step::Sizes, Step::Emulators)), compile)?;
-    run(Step::between(Step::Emulators, Step::Wasm))?;
-    at_once(|| run(Step::between(Step::Wasm, Step::Soak)), || Step::Soak.run())?;
+    run(&[Step::Emulators])?;
+    // Images with mistakes are built in folders of their own, and the other samples build theirs where the
+    // tests find the robots' images.
+    let samples = Instant::now();
+    at_once(|| run(Step::between(Step::Tests, Step::Wasm)), soak::sample_mistakes)?;
+    at_once(|| run(Step::between(Step::Wasm, Step::Soak)), soak::sample_runs)?;
+    Step::Soak.report(samples);
     Ok(())
 }
 
@@ -149,7 +154,10 @@ impl Step {
             Step::Guides => carry_out_guides()?,
             Step::Wasm => wasm()?,
             Step::Page => page()?,
-            Step::Soak => soak::sample()?,
+            Step::Soak => {
+                soak::sample_mistakes()?;
+                soak::sample_runs()?;
+            }
         }
         self.report(start);
         Ok(())
