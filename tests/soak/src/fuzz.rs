@@ -8,6 +8,7 @@ use crate::sources::Sources;
 use anyhow::Result;
 use bittybuzz_builds::shell::{Invocation, target};
 use fs_err as fs;
+use std::env;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -142,16 +143,30 @@ pub fn run(name: &str) -> Result<Verdict> {
     Ok(Verdict::Shown(format!("{count} executions without a panic")))
 }
 
+/// The variable that overrides the debug information of the repository's profile.
+const DEBUG: &str = "CARGO_PROFILE_DEV_DEBUG";
+
 /// Format and lints of the targets; clippy gets these arguments.
 pub fn lint(deny: &[&str]) -> Result<()> {
-    let folder = target_folder()?;
-    cargo(&["fmt", "--check"], &folder).run()?;
-    // Nothing is linked, so the build script need not compile libFuzzer, which takes longer than the lints.
-    let clippy = cargo(&[&["clippy", "--release", "--bins"], deny].concat(), &folder);
-    clippy.env("CUSTOM_LIBFUZZER_PATH", "unused/libfuzzer.a").run()
+    Invocation::cargo(&["fmt", "--check"]).in_workspace(FOLDER).run()?;
+    // Started at the root, cargo takes the profile, the folder and the flags of the repository's lints, which have
+    // checked most crates of the targets already. Nothing is linked, so the build script need not compile libFuzzer,
+    // which takes longer than the lints.
+    let manifest = format!("{FOLDER}/Cargo.toml");
+    let mut arguments = vec!["clippy", "--manifest-path", &manifest, "--bins"];
+    arguments.extend(["--config", "Cargo.toml"]);
+    // A variable overrides a profile, but not that of an option.
+    let debug = env::var(DEBUG).map(|value| format!("profile.dev.debug = {value:?}"));
+    if let Ok(setting) = &debug {
+        arguments.extend(["--config", setting]);
+    }
+    Invocation::cargo(&[&arguments, deny].concat())
+        .env("CARGO_TARGET_DIR", &target()?.display().to_string())
+        .env("CUSTOM_LIBFUZZER_PATH", "unused/libfuzzer.a")
+        .run()
 }
 
-/// The folder of build outputs, which lints and all targets share.
+/// The folder of build outputs, which all targets share.
 fn target_folder() -> Result<PathBuf> {
     Ok(target()?.join("soak/fuzz/target"))
 }

@@ -29,16 +29,7 @@ pub struct ChipProgram {
 /// gets these arguments.
 pub fn lint(deny: &[&str]) -> Result<()> {
     let arguments = [&["clippy", "--workspace", "--release"], deny].concat();
-    WORKSPACES.iter().try_for_each(|folder| {
-        let line = cargo_in(folder, &arguments);
-        if *folder == AVR { only_checked(line, AVR_NONE) } else { line }.run()
-    })
-}
-
-/// Returns a command that checks crates or documents them, without the flags that make the AVR's workspaces
-/// write assembly: with these, cargo would compile the standard library in order to check it.
-pub fn only_checked(line: Invocation, target: &str) -> Invocation {
-    if target == AVR_NONE { line.env("RUSTFLAGS", "-C target-cpu=atmega328p") } else { line }
+    WORKSPACES.iter().try_for_each(|folder| cargo_in(folder, &arguments).run())
 }
 
 /// Returns a cargo command in a workspace.
