@@ -23,7 +23,8 @@ const TRIES: u32 = 12;
 /// A byte outside of any packet that stops the core.
 const INTERRUPT: u8 = 0x03;
 
-/// A connection to the stub; the core is stopped, unless [`resume`](Gdb::resume) was the last call.
+/// A connection to the stub; the core is stopped, unless [`resume`](Gdb::resume) or
+/// [`finish_system_call`](Gdb::finish_system_call) was the last call.
 pub struct Gdb {
     stream: UnixStream,
     received: Vec<u8>,
@@ -103,6 +104,32 @@ impl Gdb {
         }
     }
 
+    /// Waits until the program makes a system call, which QEMU forwards to the debugger if it was
+    /// started with `-semihosting-config enable=on,target=gdb`; false if the core still runs after
+    /// a minute. The core stands still until [`finish_system_call`](Gdb::finish_system_call).
+    ///
+    /// Such a stop is cheaper than one at a breakpoint or a watchpoint, after which QEMU 7.2
+    /// translates all code again.
+    pub fn wait_for_system_call(&mut self) -> Result<bool, GdbError> {
+        match self.reply() {
+            Ok(reply) if is_system_call(&reply) => Ok(true),
+            Ok(reply) => Err(GdbError::Refused { request: "c".into(), reply }),
+            Err(GdbError::Silent) => Ok(false),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Returns the registers, and the output of QEMU's monitor for `command`, and lets the core run
+    /// with `result` as the result of its system call.
+    pub fn finish_system_call(
+        &mut self,
+        command: &str,
+        result: u32,
+    ) -> Result<(CoreRegisters, String), GdbError> {
+        self.send(&["g".into(), monitor_packet(command), system_call_reply(result)])?;
+        self.read_registers_and_output(command)
+    }
+
     /// Asks the running core to stop.
     pub fn interrupt(&mut self) -> Result<(), GdbError> {
         Ok(self.stream.write_all(&[INTERRUPT])?)
@@ -114,6 +141,13 @@ impl Gdb {
         command: &str,
     ) -> Result<(CoreRegisters, String), GdbError> {
         self.send(&["g".into(), monitor_packet(command)])?;
+        self.read_registers_and_output(command)
+    }
+
+    fn read_registers_and_output(
+        &mut self,
+        command: &str,
+    ) -> Result<(CoreRegisters, String), GdbError> {
         let reply = self.reply()?;
         let bytes = from_hex(&reply).unwrap_or_default();
         let mut words = bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
@@ -283,6 +317,17 @@ fn register_packets(before: &CoreRegisters, after: &CoreRegisters) -> Vec<String
     packets
 }
 
+/// Returns true for a request of GDB's file-I/O protocol: the name of a call with its arguments
+/// (E.13.3).
+fn is_system_call(packet: &str) -> bool {
+    packet.starts_with('F')
+}
+
+/// Returns the reply to such a request (E.13.4).
+fn system_call_reply(result: u32) -> String {
+    format!("F{result:x}")
+}
+
 fn monitor_packet(command: &str) -> String {
     format!("qRcmd,{}", to_hex(command.as_bytes()))
 }
@@ -351,6 +396,16 @@ mod tests {
         after.r[15] = 0x0800_0102;
         after.xpsr = 0x0100_0000;
         assert_eq!(register_packets(&before, &after), ["Pf=02010008", "P19=00000001"]);
+    }
+
+    #[test]
+    fn system_call_of_the_manual() {
+        // GDB manual E.13.2: "<- Fwrite,3,1234,6" and "-> F6".
+        assert!(is_system_call("Fwrite,3,1234,6"));
+        assert_eq!(system_call_reply(6), "F6");
+        // A stop at a breakpoint, and the end of the program.
+        assert!(!is_system_call("T05thread:01;"));
+        assert!(!is_system_call("W00"));
     }
 
     #[test]

@@ -91,15 +91,27 @@ impl Qemu {
     /// QEMU's start.
     pub fn registers_and_count(&mut self) -> Result<(CoreRegisters, u64), QemuError> {
         let (registers, printed) = self.gdb.registers_and_monitor(COUNT)?;
-        let digits = printed.split_once(COUNT_PREFIX).and_then(|(_, rest)| rest.lines().next());
-        let count = digits.and_then(|digits| digits.trim().parse().ok());
-        Ok((registers, count.ok_or(QemuError::NoCount { printed })?))
+        Ok((registers, executed(printed)?))
+    }
+
+    /// Returns the registers and the number of instructions at a system call, and lets the core run
+    /// with `result` as the call's result.
+    pub fn finish_system_call(&mut self, result: u32) -> Result<(CoreRegisters, u64), QemuError> {
+        let (registers, printed) = self.gdb.finish_system_call(COUNT, result)?;
+        Ok((registers, executed(printed)?))
     }
 
     /// Waits until QEMU has ended, after its ports broke, and returns what it printed.
     pub fn last_words(self) -> String {
         self.process.last_words()
     }
+}
+
+/// Reads the number of executed instructions in the output of QEMU's monitor.
+fn executed(printed: String) -> Result<u64, QemuError> {
+    let digits = printed.split_once(COUNT_PREFIX).and_then(|(_, rest)| rest.lines().next());
+    let count = digits.and_then(|digits| digits.trim().parse().ok());
+    count.ok_or(QemuError::NoCount { printed })
 }
 
 /// The process, which is killed when its owner is dropped.
@@ -161,5 +173,37 @@ impl Drop for Process {
         // Both calls fail only if QEMU has ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// RAM of the machine `mps2-an386`.
+    const RAM: u32 = 0x2000_0000;
+    /// A loop of five instructions (ARMv7-M manual, A7.7): movs r0, #3 (SYS_WRITEC); mov r1, sp;
+    /// bkpt #0xab; adds r2, #1; b to the first one.
+    const LOOP: [u16; 5] = [0x2003, 0x4669, 0xbeab, 0x3201, 0xe7fa];
+
+    #[test]
+    fn instructions_between_system_calls_are_counted() {
+        let arguments = ["-semihosting-config", "enable=on,target=gdb"].map(OsStr::new);
+        let mut qemu = Qemu::start("mps2-an386", &arguments).unwrap();
+        let code: Vec<u8> = LOOP.iter().flat_map(|word| word.to_le_bytes()).collect();
+        assert!(qemu.gdb.write_memory(RAM, &code).unwrap());
+        let (before, _) = qemu.registers_and_count().unwrap();
+        let mut first = CoreRegisters { xpsr: 1 << 24, ..CoreRegisters::default() };
+        first.r[usize::from(CoreRegisters::SP)] = RAM + 0x1000;
+        first.r[usize::from(CoreRegisters::PC)] = RAM;
+        qemu.gdb.resume(&before, &first).unwrap();
+        let mut last = None;
+        for number in 0..100 {
+            assert!(qemu.gdb.wait_for_system_call().unwrap());
+            let (seen, count) = qemu.finish_system_call(1).unwrap();
+            assert_eq!((seen.r[0], seen.r[1], seen.r[2]), (3, RAM + 0x1000, number));
+            assert_eq!(count - last.unwrap_or(count - 5), 5);
+            last = Some(count);
+        }
     }
 }
