@@ -24,7 +24,7 @@ while read -r line; do
     *'"run"'*)
       cat events; : > events
       until=$(echo "$line" | sed 's/.*"until_ns":\([0-9]*\).*/\1/')
-      echo "{\"reply\":\"paused\",\"at_ns\":$until,\"reason\":\"time\"}" ;;
+      echo "{\"reply\":\"paused\",\"at_ns\":$until,\"reason\":\"time\",\"silent_until_ns\":$until}" ;;
     *'"load"'*) cat loaded ;;
     *) echo '{"reply":"ok"}' ;;
   esac

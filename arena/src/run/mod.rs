@@ -28,7 +28,7 @@ pub use complete::{RunError, complete};
 pub use expectation::{Convergence, Verdict};
 pub use firmware::FirmwareError;
 #[cfg(feature = "emulators")]
-pub use firmware::{FirmwareFailure, P2P_EXCHANGE_PERIOD, P2pAir};
+pub use firmware::{FirmwareFailure, P2pAir, RadioTurns, TurnLength};
 pub use observer::{EventKind, FrameOnAir, ObservedEvent, Observer};
 pub use program::{Compiler, Program};
 pub use quantity::QuantityReading;

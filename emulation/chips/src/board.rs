@@ -189,6 +189,12 @@ pub trait Board: Sized {
         self.next_event().unwrap_or(Time::NEVER)
     }
 
+    /// Returns the time before which the robot does not decide to transmit to robots of other
+    /// programs, if neither the core nor the board acts before `acts`.
+    fn silent_until(&self, acts: Time) -> Time {
+        acts
+    }
+
     /// Returns the packets that the robot begins to transmit on a channel shared with others; see
     /// [`Air`](crate::Air).
     fn take_transmissions(&mut self) -> Vec<Transmission> {

@@ -111,7 +111,7 @@ impl Emulator {
         on_event: impl FnMut(RobotEvent),
     ) -> Result<(Duration, Pause), ClientError> {
         match self.request(0, &Command::Run { until }, on_event)? {
-            Reply::Paused { at, reason } => Ok((at, reason)),
+            Reply::Paused { at, reason, .. } => Ok((at, reason)),
             reply => Err(ClientError::unexpected(&reply)),
         }
     }
@@ -124,9 +124,10 @@ impl Emulator {
         commands: &[(usize, Command)],
         until: Duration,
         on_event: impl FnMut(RobotEvent),
-    ) -> Result<(Duration, Pause), ClientError> {
+    ) -> Result<(), ClientError> {
         self.begin_run(commands, until)?;
-        self.finish_run(commands.len(), on_event)
+        self.finish_run(commands.len(), on_event)?;
+        Ok(())
     }
 
     /// Sends commands and the command to run, as [`run_all_after`](Self::run_all_after) does, and
@@ -145,12 +146,14 @@ impl Emulator {
         self.write_lines(&lines)
     }
 
-    /// Waits for the end of a run that began after `commands` commands.
+    /// Waits for the end of a run that began after `commands` commands. Returns the time before
+    /// which no robot decides to transmit to robots of other programs, unless a command or a packet
+    /// wakes it before.
     pub fn finish_run(
         &mut self,
         commands: usize,
         mut on_event: impl FnMut(RobotEvent),
-    ) -> Result<(Duration, Pause), ClientError> {
+    ) -> Result<Duration, ClientError> {
         for _ in 0..commands {
             match self.reply(&mut on_event)? {
                 Reply::Ok => {}
@@ -158,7 +161,7 @@ impl Emulator {
             }
         }
         match self.reply(on_event)? {
-            Reply::Paused { at, reason } => Ok((at, reason)),
+            Reply::Paused { silent_until, .. } => Ok(silent_until),
             reply => Err(ClientError::unexpected(&reply)),
         }
     }

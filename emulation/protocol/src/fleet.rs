@@ -136,6 +136,10 @@ impl<C: Core> EmulatedRobots for Fleet<C> {
         Ok(Reply::Ok)
     }
 
+    fn silent_until(&self, now: Duration) -> Duration {
+        self.members.iter().map(EmulatedRobot::silent_until).min().unwrap_or(now)
+    }
+
     fn take_events(
         &mut self,
         robot: usize,

@@ -643,6 +643,10 @@ pub enum Reply {
         at: Duration,
         /// The reason why it ended.
         reason: PauseReason,
+        /// No robot decides before this time to transmit to robots of other programs, unless a
+        /// command or a packet wakes it before.
+        #[serde(rename = "silent_until_ns", with = "nanoseconds")]
+        silent_until: Duration,
     },
     /// The counters.
     Statistics(Box<RobotStatistics>),

@@ -184,4 +184,12 @@ impl<C: Core> EmulatedRobot<C> {
         let quiet = core.next_timer_event().into_iter().fold(board.quiet_until(), Time::min);
         Duration::from_nanos(quiet.nanos())
     }
+
+    /// Returns the time before which the robot does not decide to transmit to robots of other
+    /// programs, unless a command or a packet wakes it before.
+    pub(crate) fn silent_until(&self) -> Duration {
+        let quiet = u64::try_from(self.quiet_until().as_nanos()).unwrap_or(u64::MAX);
+        let acts = self.core.now().max(Time::from_nanos(quiet));
+        Duration::from_nanos(self.core.board().silent_until(acts).nanos())
+    }
 }

@@ -31,6 +31,12 @@ pub trait EmulatedRobots {
     /// Runs all robots from one time to another, or until nothing more can happen to any of them.
     fn run(&mut self, from: Duration, until: Duration) -> Result<Pause, MachineError>;
 
+    /// Returns the time before which no robot decides to transmit to robots of other programs,
+    /// unless a command or a packet wakes it before; `now` if that is not known.
+    fn silent_until(&self, now: Duration) -> Duration {
+        now
+    }
+
     /// Returns a robot's events since the last call, in order; `now` is the current time.
     fn take_events(&mut self, robot: usize, now: Duration)
     -> Result<Vec<TimedEvent>, MachineError>;
@@ -222,6 +228,9 @@ impl<R: EmulatedRobots, W: Write> Server<'_, R, W> {
                 self.output.flush()?;
             }
         }
-        Ok(Ok(Reply::Paused { at: now, reason }))
+        // A packet through a door may wake a robot at any time.
+        let silent_until =
+            if self.doors.is_empty() { self.robots.silent_until(now).max(now) } else { now };
+        Ok(Ok(Reply::Paused { at: now, reason, silent_until }))
     }
 }

@@ -272,6 +272,12 @@ impl Robot {
         events
     }
 
+    /// The emulator, which the caller runs until a time.
+    pub(crate) fn emulator_until(&mut self, until: Duration) -> &mut Emulator {
+        self.now = until;
+        &mut self.emulator
+    }
+
     /// Since power-on.
     pub fn now(&self) -> Duration {
         self.now

@@ -2,14 +2,13 @@
 
 use std::time::Duration;
 
-use bittybuzz_arena::run::{P2P_EXCHANGE_PERIOD, P2pAir};
+use bittybuzz_arena::run::{RadioTurns, TurnLength};
 
 use crate::trace_log::TraceLog;
-use crate::{Command, Core, EmulatorEvent, Robot, TimedEvent};
+use crate::{Command, Core, Emulator, EmulatorEvent, Robot, RobotEvent};
 
-const P2P_EXCHANGE_PERIOD_US: u64 = P2P_EXCHANGE_PERIOD.as_micros() as u64;
-/// Between two packets of the positioning system.
-const POSE_PERIOD_US: u64 = 100_000 / P2P_EXCHANGE_PERIOD_US * P2P_EXCHANGE_PERIOD_US;
+/// The time between two packets of the positioning system: 769 turns of 130 µs.
+const POSE_PERIOD_US: u64 = 99_970;
 
 /// Where a positioning system sees a robot: x, y, z in mm, and the direction of its nose in degrees.
 pub type Pose = [f32; 4];
@@ -18,8 +17,8 @@ pub type Pose = [f32; 4];
 pub struct Swarm {
     members: Vec<Member>,
     now_us: u64,
-    /// The air between them.
-    pub air: P2pAir,
+    /// Their turns, and the air between them.
+    pub radio: RadioTurns,
 }
 
 /// A robot of a swarm.
@@ -40,7 +39,7 @@ impl Swarm {
             Member { robot, trace_log: TraceLog::of_crazyflie(), pose: None }
         };
         let members = ids.iter().map(member).collect();
-        Swarm { members, now_us: 0, air: P2pAir::default() }
+        Swarm { members, now_us: 0, radio: RadioTurns::new(TurnLength::Exact) }
     }
 
     /// The robots.
@@ -61,25 +60,29 @@ impl Swarm {
     /// Runs for so many ms.
     pub fn run_ms(&mut self, ms: u64) {
         let end = self.now_us + 1000 * ms;
-        // A robot alone has nothing to wait for.
-        let longest = if self.members.len() == 1 { POSE_PERIOD_US } else { P2P_EXCHANGE_PERIOD_US };
         while self.now_us < end {
-            let turn = longest.min(end - self.now_us);
             if self.now_us.is_multiple_of(POSE_PERIOD_US) {
                 self.send_poses();
             }
-            self.now_us += turn;
-            for (sender, member) in self.members.iter_mut().enumerate() {
-                for TimedEvent { at, event } in member.run_us(turn) {
-                    if let EmulatorEvent::P2p { port, payload, air } = event {
-                        self.air.send(sender, at, air, port, payload);
-                    }
-                }
+            let pose_us = (self.now_us / POSE_PERIOD_US + 1) * POSE_PERIOD_US;
+            self.now_us = end.min(pose_us);
+            self.run_until(Duration::from_micros(self.now_us));
+        }
+    }
+
+    fn run_until(&mut self, until: Duration) {
+        let mut events = Vec::new();
+        let members = self.members.iter_mut();
+        let mut robots: Vec<&mut Emulator> =
+            members.map(|member| member.robot.emulator_until(until)).collect();
+        let run = self.radio.run(&mut robots, until, |_, _| true, |event| events.push(event));
+        run.expect("they run");
+        for RobotEvent { robot, timed } in events {
+            let member = &mut self.members[robot];
+            if let EmulatorEvent::Rtt { bytes } = &timed.event {
+                member.trace_log.read(bytes);
             }
-            let now = Duration::from_micros(self.now_us);
-            for (receiver, command) in self.air.carry(now, self.members.len(), |_, _| true) {
-                self.members[receiver].robot.execute(&command);
-            }
+            member.robot.events.push(timed);
         }
     }
 
@@ -93,16 +96,6 @@ impl Swarm {
 }
 
 impl Member {
-    fn run_us(&mut self, us: u64) -> Vec<TimedEvent> {
-        let events = self.robot.run_us(us);
-        for event in &events {
-            if let EmulatorEvent::Rtt { bytes } = &event.event {
-                self.trace_log.read(bytes);
-            }
-        }
-        events
-    }
-
     /// The values that the script logged last.
     pub fn last_logged(&self) -> Option<&[String]> {
         self.trace_log.log.last().map(|(_, values)| values.as_slice())

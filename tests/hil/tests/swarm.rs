@@ -1,7 +1,12 @@
 //! Robots that hear each other over the radio.
 
+use std::time::Duration;
+
+use bittybuzz_arena::run::P2pAir;
 use bittybuzz_comms::syslink::SwarmFrame;
-use bittybuzz_hil::{Command, Core, EmulatorEvent, Member, RADIO_RAW, Robot, Swarm, resets};
+use bittybuzz_hil::{
+    Command, Core, EmulatorEvent, Member, RADIO_RAW, Robot, Swarm, TimedEvent, resets,
+};
 
 /// The ground station's pose is the script's `pos`, until it is a second old.
 #[test]
@@ -109,12 +114,17 @@ fn two_robots_agree() {
 #[test]
 fn two_robots_agree_though_most_frames_are_lost() {
     let mut swarm = Swarm::crazyflies(AGREE, &[3, 7]);
-    swarm.air.lose(0.7, 42);
+    swarm.radio.air.lose(0.7, 42);
     while !agreed(&mut swarm) {
         assert!(swarm.now_ms() < 30_000, "{:?}", swarm.members()[0].trace_log.log.last());
         swarm.run_ms(500);
     }
-    assert!(swarm.air.lost * 2 > swarm.air.carried, "{} of {}", swarm.air.lost, swarm.air.carried);
+    assert!(
+        swarm.radio.air.lost * 2 > swarm.radio.air.carried,
+        "{} of {}",
+        swarm.radio.air.lost,
+        swarm.radio.air.carried
+    );
 }
 
 /// Tells a number with every step, and counts what the others tell.
@@ -380,7 +390,7 @@ function step() {
 #[test]
 fn a_table_travels_in_fragments() {
     let mut swarm = Swarm::crazyflies(TABLES, &[1, 2]);
-    swarm.air.lose(0.2, 7);
+    swarm.radio.air.lose(0.2, 7);
     swarm.run_ms(6000);
     for (member, other) in swarm.members().iter().zip([2, 1]) {
         assert!(member.trace_log.records.is_empty(), "{:?}", member.trace_log.records);
@@ -402,15 +412,83 @@ fn a_table_travels_in_fragments() {
 fn the_same_run_again_is_the_same() {
     let run = || {
         let mut swarm = Swarm::crazyflies(AGREE, &[3, 7]);
-        swarm.air.lose(0.5, 9);
+        swarm.radio.air.lose(0.5, 9);
         swarm.place(0, Some([0.0, 0.0, 0.0, 0.0]));
         swarm.place(1, Some([1000.0, 0.0, 0.0, 0.0]));
         swarm.run_ms(2000);
-        let lost = swarm.air.lost;
+        let lost = swarm.radio.air.lost;
         let events = swarm.members().iter().map(|member| member.robot.events.clone());
         (lost, events.collect::<Vec<_>>())
     };
     assert!(run() == run());
+}
+
+/// The events of each robot, without its log; the log; and the numbers of frames on the air, lost and collided.
+type Outcome = (Vec<Vec<TimedEvent>>, Vec<Vec<u8>>, [u64; 3]);
+
+fn outcome(swarm: &mut Swarm, air: [u64; 3]) -> Outcome {
+    let (mut events, mut logs) = (Vec::new(), Vec::new());
+    for member in swarm.members() {
+        let mut log = Vec::new();
+        // The log is read at the end of each turn.
+        let events_of_robot = member.robot.events.iter().filter(|event| match &event.event {
+            EmulatorEvent::Rtt { bytes } => {
+                log.extend(bytes);
+                false
+            }
+            _ => true,
+        });
+        events.push(events_of_robot.cloned().collect());
+        logs.push(log);
+    }
+    (events, logs, air)
+}
+
+/// The robots receive the same frames at the same times as in turns that end before the first bit of a frame that is
+/// decided within them.
+#[test]
+fn a_swarm_in_long_turns_is_the_same_as_in_short_ones() {
+    const RUN_US: u64 = 1_200_000;
+    const SHORT_TURN_US: u64 = 128;
+    // From the decision to the first bit (nRF51 reference manual).
+    const RAMP_US: u64 = 130;
+    for seed in 1..=3 {
+        let ids: Vec<u16> = (0..4).map(|n| 10 * seed + n).collect();
+        let mut swarm = Swarm::crazyflies(TALK, &ids);
+        swarm.radio.air.lose(0.2, seed.into());
+        swarm.run_ms(RUN_US / 1000);
+        let (air, turns) = (&swarm.radio.air, swarm.radio.turns);
+        let counts = [air.carried, air.lost, air.collided];
+        let exact = outcome(&mut swarm, counts);
+
+        let mut swarm = Swarm::crazyflies(TALK, &ids);
+        let mut air = P2pAir::default();
+        air.lose(0.2, seed.into());
+        let (mut now_us, mut short_turns) = (0, 0);
+        while now_us < RUN_US {
+            let turn_us = SHORT_TURN_US.min(RUN_US - now_us);
+            now_us += turn_us;
+            short_turns += 1;
+            for (sender, member) in swarm.members().iter_mut().enumerate() {
+                for TimedEvent { at, event } in member.robot.run_us(turn_us) {
+                    if let EmulatorEvent::P2p { port, payload, air: long } = event {
+                        air.send(sender, at, long, port, payload);
+                    }
+                }
+            }
+            air.sort();
+            let known = Duration::from_micros(now_us + RAMP_US);
+            for (receiver, command) in air.carry(known, ids.len(), |_, _| true) {
+                swarm.members()[receiver].robot.execute(&command);
+            }
+        }
+        let counts = [air.carried, air.lost, air.collided];
+        let expected = outcome(&mut swarm, counts);
+        assert!(counts.iter().all(|count| *count > 0), "{counts:?}");
+        println!("{counts:?}: {turns} turns instead of {short_turns}");
+        assert!(2 * turns < short_turns, "{turns} turns instead of {short_turns}");
+        assert!(exact == expected, "seed {seed}: {:?} instead of {counts:?}", exact.2);
+    }
 }
 
 /// Some minutes: `cargo xtask soak` runs it. How long two robots take to agree at any loss.
@@ -422,7 +500,7 @@ fn two_robots_agree_at_any_loss() {
         let mut times: Vec<u64> = (1..=SEEDS)
             .map(|seed| {
                 let mut swarm = Swarm::crazyflies(AGREE, &[3, 7]);
-                swarm.air.lose(loss, seed);
+                swarm.radio.air.lose(loss, seed);
                 let steps = (1..=3000).find(|_| {
                     swarm.run_ms(100);
                     agreed(&mut swarm)
@@ -453,7 +531,7 @@ function step() {
 ";
     let mut swarm = Swarm::crazyflies(script, &[1, 2, 3, 4, 5]);
     swarm.run_ms(4050);
-    let (on_air, collided) = (swarm.air.carried, swarm.air.collided);
+    let (on_air, collided) = (swarm.radio.air.carried, swarm.radio.air.collided);
     println!("{on_air} frames, {collided} collided");
     // 28 bytes are on the air for 0.11 ms, some time in 16 ms: that of one of three others overlaps with a probability of
     // 4 %, and the receiver itself is deaf for 2 % of the time.

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
-use bittybuzz_emulation::message::{Command, EmulatorEvent, RobotEvent, RobotStatistics};
+use bittybuzz_emulation::message::{Command, RobotEvent, RobotStatistics};
 use bittybuzz_emulation::{ClientError, Emulator};
 
-use super::p2p::P2pAir;
 use super::pace::Pace;
+use super::radio_turns::{RadioTurns, TurnLength};
 
 /// The emulator processes; robots have their number in the pool.
 pub enum EmulatorPool {
@@ -21,12 +21,7 @@ pub enum EmulatorPool {
 /// Robots with one process each, and the radio channel between them.
 pub struct PerRobot {
     robots: Vec<Emulator>,
-    air: P2pAir,
-    now: Duration,
-    /// The longest time that robots run before they exchange frames.
-    turn: Duration,
-    /// The pace of robots with doors for ground stations.
-    pace: Option<Pace>,
+    turns: RadioTurns,
     /// The robots that each robot cannot receive.
     deaf: Vec<BTreeSet<usize>>,
 }
@@ -46,12 +41,12 @@ impl EmulatorPool {
     }
 
     /// Starts one process for each of `count` robots, with the firmware in `path`. They run at the
-    /// same time, and exchange frames after each `turn`.
+    /// same time, and exchange frames after each turn.
     pub fn apart(
         program: &Path,
         count: usize,
         path: &Path,
-        turn: Duration,
+        turn: TurnLength,
     ) -> Result<Self, ClientError> {
         let robots = (0..count).map(|_| {
             let mut emulator = Emulator::spawn(program)?;
@@ -60,15 +55,14 @@ impl EmulatorPool {
         });
         let robots = robots.collect::<Result<Vec<Emulator>, ClientError>>()?;
         let deaf = vec![BTreeSet::new(); count];
-        let (air, now, pace) = (P2pAir::default(), Duration::ZERO, None);
-        Ok(EmulatorPool::Apart(PerRobot { robots, air, now, turn, pace, deaf }))
+        Ok(EmulatorPool::Apart(PerRobot { robots, turns: RadioTurns::new(turn), deaf }))
     }
 
     /// Lets the robots run no faster than the clock of this computer, as far as they have processes
     /// of their own.
     pub fn keep_pace(&mut self) {
         if let EmulatorPool::Apart(of) = self {
-            of.pace = Some(Pace::default());
+            of.turns.pace = Some(Pace::default());
         }
     }
 
@@ -91,7 +85,7 @@ impl EmulatorPool {
         match (self, command) {
             (EmulatorPool::Shared(emulator), _) => emulator.execute(command),
             (EmulatorPool::Apart(of), Command::Air { lose, seed }) => {
-                of.air.lose(*lose, *seed);
+                of.turns.air.lose(*lose, *seed);
                 Ok(())
             }
             (EmulatorPool::Apart(of), _) => {
@@ -106,18 +100,17 @@ impl EmulatorPool {
         &mut self,
         commands: &[(usize, Command)],
         until: Duration,
-        mut on_event: impl FnMut(RobotEvent),
+        on_event: impl FnMut(RobotEvent),
     ) -> Result<(), ClientError> {
         match self {
-            EmulatorPool::Shared(emulator) => {
-                emulator.run_all_after(commands, until, on_event)?;
-                Ok(())
-            }
-            EmulatorPool::Apart(of) => {
+            EmulatorPool::Shared(emulator) => emulator.run_all_after(commands, until, on_event),
+            EmulatorPool::Apart(PerRobot { robots, turns, deaf }) => {
                 for (robot, command) in commands {
-                    of.robots[*robot].execute(command)?;
+                    robots[*robot].execute(command)?;
                 }
-                of.run(until, &mut on_event)
+                let mut robots: Vec<&mut Emulator> = robots.iter_mut().collect();
+                let receives = |one: usize, other: usize| !deaf[one].contains(&other);
+                turns.run(&mut robots, until, receives, on_event)
             }
         }
     }
@@ -128,45 +121,11 @@ impl EmulatorPool {
             EmulatorPool::Shared(emulator) => emulator.statistics_of(robot),
             EmulatorPool::Apart(of) => {
                 let mut statistics = of.robots[robot].statistics()?;
-                statistics.air.carried = of.air.carried;
-                statistics.air.collided = of.air.collided;
-                statistics.air.lost = of.air.lost;
+                statistics.air.carried = of.turns.air.carried;
+                statistics.air.collided = of.turns.air.collided;
+                statistics.air.lost = of.turns.air.lost;
                 Ok(statistics)
             }
         }
-    }
-}
-
-impl PerRobot {
-    fn run(
-        &mut self,
-        until: Duration,
-        on_event: &mut impl FnMut(RobotEvent),
-    ) -> Result<(), ClientError> {
-        while self.now < until {
-            if let Some(pace) = &mut self.pace {
-                pace.wait(self.now);
-            }
-            self.now = until.min(self.now + self.turn);
-            for emulator in &mut self.robots {
-                emulator.begin_run(&[], self.now)?;
-            }
-            // The events of the first robot come first, whichever is ready first.
-            for (robot, emulator) in self.robots.iter_mut().enumerate() {
-                let air = &mut self.air;
-                emulator.finish_run(0, |RobotEvent { timed, .. }| {
-                    if let EmulatorEvent::P2p { port, payload, air: long } = &timed.event {
-                        air.send(robot, timed.at, *long, *port, payload.clone());
-                    }
-                    on_event(RobotEvent { robot, timed });
-                })?;
-            }
-            let deaf = &self.deaf;
-            let receives = |one: usize, other: usize| !deaf[one].contains(&other);
-            for (robot, command) in self.air.carry(self.now, self.robots.len(), receives) {
-                self.robots[robot].execute(&command)?;
-            }
-        }
-        Ok(())
     }
 }

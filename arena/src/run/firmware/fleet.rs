@@ -17,7 +17,7 @@ use crate::robot::{BatteryState, Emulation, SimRobot};
 use super::bridge::Bridge;
 use super::emulated::Emulated;
 use super::emulator_pool::EmulatorPool;
-use super::p2p::P2P_EXCHANGE_PERIOD;
+use super::radio_turns::TurnLength;
 use super::table::Motion;
 use super::trace_events::TraceEventReader;
 use super::{EMULATED, Firmware, FirmwareError, IN_WORLD};
@@ -77,7 +77,7 @@ impl EmulatedFleet {
     ) -> Result<Self, StartError> {
         let medium = firmware.model().medium();
         let has_long_turns = firmware.is_image || emulation.flies();
-        let turn = if has_long_turns { LONG_TURN } else { P2P_EXCHANGE_PERIOD };
+        let turn = if has_long_turns { TurnLength::Fixed(LONG_TURN) } else { TurnLength::Exact };
         // The listening robot of a bridge has the number after all others.
         let count = firmware.robots.len() + usize::from(firmware.listener.is_some());
         let mut pool = match emulation.shared_program_robot() {

@@ -8,6 +8,7 @@ mod fleet;
 mod fleets;
 mod p2p;
 mod pace;
+mod radio_turns;
 mod table;
 mod trace_events;
 
@@ -28,7 +29,8 @@ use crate::scenario::{Backend, Scenario, ScenarioCause, ScenarioError};
 use super::program::LoadedProgram;
 use super::settings::media;
 pub use fleets::Fleets;
-pub use p2p::{P2P_EXCHANGE_PERIOD, P2pAir};
+pub use p2p::P2pAir;
+pub use radio_turns::{RadioTurns, TurnLength};
 
 /// The reason why a model with firmware has emulators.
 const EMULATED: &str = "the reader of scenarios rejects firmware without an emulator";

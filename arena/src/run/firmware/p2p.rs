@@ -1,9 +1,8 @@
 //! The radio channel between Crazyflies. It decides which robots receive which P2P frames.
 //!
-//! The emulators of Crazyflies run in turns, which are no longer than a radio takes from its
-//! decision to transmit to the first bit. So at the last bit of a frame, when it reaches the
-//! others, every frame that overlaps with it is known. Frames that overlap are both lost. A robot
-//! that transmits receives nothing; the emulators model this themselves.
+//! A frame reaches the others with its last bit, and frames that overlap are both lost. A robot that
+//! transmits receives nothing; the emulators model this themselves. The caller passes frames in time
+//! ([`RadioTurns`](super::RadioTurns)).
 
 use std::time::Duration;
 
@@ -12,9 +11,7 @@ use bittybuzz_emulation::message::Command;
 use crate::engine::Stream;
 
 /// The time from reception to transmission (nRF51 reference manual).
-const RAMP: Duration = Duration::from_micros(130);
-/// The longest time that robots run before they exchange frames.
-pub const P2P_EXCHANGE_PERIOD: Duration = RAMP;
+pub const RAMP: Duration = Duration::from_micros(130);
 /// The strength of every signal, in -dBm.
 const RSSI: u8 = 60;
 /// A bound on the duration of a frame. The longest one takes 0.3 ms.
@@ -69,18 +66,30 @@ impl P2pAir {
         self.frames.push(OnAir { sender, begin, end, port, payload, has_arrived: false });
     }
 
-    /// Ends a turn. Returns the frames that end before the end of the next turn, with the number of
-    /// each receiver. `receives` returns true if its first robot can receive the second one.
+    /// Puts the frames into the order of their last bits, in which they are lost at random, so that
+    /// the order does not depend on the turns.
+    pub fn sort(&mut self) {
+        self.frames.sort_by_key(|frame| (frame.end, frame.sender));
+    }
+
+    /// Returns the end of the frame that ends next.
+    pub fn next_end(&self, now: Duration) -> Option<Duration> {
+        self.frames.iter().map(|frame| frame.end).filter(|end| *end > now).min()
+    }
+
+    /// Returns the frames that end by `until`, with the number of each receiver. The caller has
+    /// passed all frames that begin before `until`. `receives` returns true if its first robot can
+    /// receive the second one.
     pub fn carry(
         &mut self,
-        now: Duration,
+        until: Duration,
         robots: usize,
         receives: impl Fn(usize, usize) -> bool,
     ) -> Vec<(usize, Command)> {
         let mut received = Vec::new();
         for number in 0..self.frames.len() {
             let OnAir { sender, begin, end, port, has_arrived, .. } = self.frames[number];
-            if end > now + P2P_EXCHANGE_PERIOD || has_arrived {
+            if end > until || has_arrived {
                 continue;
             }
             self.frames[number].has_arrived = true;
@@ -105,8 +114,12 @@ impl P2pAir {
                 }
             }
         }
-        self.frames.retain(|frame| frame.end + FRAME_TIME_MAX > now);
         received
+    }
+
+    /// Forgets the frames that overlap with none that is decided after `now`.
+    pub fn forget(&mut self, now: Duration) {
+        self.frames.retain(|frame| frame.end + FRAME_TIME_MAX > now);
     }
 }
 
@@ -130,12 +143,12 @@ mod tests {
     fn a_frame_reaches_all_others_with_its_last_bit() {
         let mut air = P2pAir::default();
         send(&mut air, 1, 20);
-        assert_eq!(air.carry(us(130), 3, |_, _| true), []);
-        let received = air.carry(us(260), 3, |_, _| true);
+        assert_eq!(air.carry(us(130) + RAMP, 3, |_, _| true), []);
+        let received = air.carry(us(260) + RAMP, 3, |_, _| true);
         assert_eq!(receivers(&received), [0, 2]);
         let Command::P2p { at, port: 11, rssi: RSSI, payload } = &received[0].1 else { panic!() };
         assert_eq!((*at, payload), (us(350), &vec![1]));
-        assert_eq!(air.carry(us(390), 3, |_, _| true), []);
+        assert_eq!(air.carry(us(390) + RAMP, 3, |_, _| true), []);
         assert_eq!((air.carried, air.collided, air.lost), (2, 0, 0));
     }
 
@@ -147,15 +160,15 @@ mod tests {
         // Robot 2 receives both frames, robot 3 only the first. Both senders receive nothing while
         // they transmit, which is not modeled here.
         let receives = |receiver: usize, sender: usize| receiver != 3 || sender == 0;
-        let mut received = receivers(&air.carry(us(390), 4, receives));
-        received.extend(receivers(&air.carry(us(520), 4, receives)));
+        let mut received = receivers(&air.carry(us(390) + RAMP, 4, receives));
+        received.extend(receivers(&air.carry(us(520) + RAMP, 4, receives)));
         assert_eq!(received, [1, 3, 0]);
         assert_eq!(air.collided, 2);
         // Two frames that follow one another both arrive.
         let mut air = P2pAir::default();
         send(&mut air, 0, 0);
         send(&mut air, 1, 330);
-        let received = air.carry(us(780), 3, |_, _| true);
+        let received = air.carry(us(780) + RAMP, 3, |_, _| true);
         assert_eq!(receivers(&received), [1, 2, 0, 2]);
     }
 
@@ -164,11 +177,11 @@ mod tests {
         let mut air = P2pAir::default();
         send(&mut air, 0, 20);
         send(&mut air, 0, 340);
-        let received = air.carry(us(700), 2, |_, _| true);
+        let received = air.carry(us(700) + RAMP, 2, |_, _| true);
         let [(1, Command::P2p { at, .. })] = &received[..] else { panic!("{received:?}") };
         assert_eq!(*at, us(670));
         send(&mut air, 0, 670);
-        assert_eq!(air.carry(us(1000), 2, |_, _| true).len(), 1, "the one before had ended");
+        assert_eq!(air.carry(us(1000) + RAMP, 2, |_, _| true).len(), 1, "the one before had ended");
     }
 
     #[test]
@@ -178,7 +191,7 @@ mod tests {
         let mut received = 0;
         for number in 0..10_000 {
             send(&mut air, 0, 1000 * number);
-            received += air.carry(us(1000 * number + 400), 2, |_, _| true).len();
+            received += air.carry(us(1000 * number + 400) + RAMP, 2, |_, _| true).len();
         }
         assert!((6_700..7_300).contains(&received), "{received}");
         assert_eq!(air.lost as usize, 10_000 - received);

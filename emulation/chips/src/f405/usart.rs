@@ -184,6 +184,11 @@ impl Usart {
         self.idle_at.into_iter().chain(shifted).min()
     }
 
+    /// Returns the end of the byte that is being sent, if one is.
+    pub fn sent_at(&self) -> Option<Time> {
+        self.shifting.map(|(end, _)| end)
+    }
+
     pub(crate) fn interrupt(&self) -> bool {
         let overrun = self.sr & SR_ORE != 0 && self.cr1 & CR1_RXNEIE != 0;
         let error =

@@ -15,7 +15,7 @@ pub use crtp::ExternalPose;
 pub use link::LineQuality;
 pub use p2p::{P2P_MAX, P2pFrame};
 
-pub use peer::{BAUD, Nrf51, Nrf51Settings, PeerAction};
+pub use peer::{BAUD, BYTE_TIME_MIN, Nrf51, Nrf51Settings, P2P_COMMAND_TIME_MIN, PeerAction};
 pub use radio::RadioCounts;
 pub use syslink::{FRAME_PAYLOAD_MAX, LinkFrame};
 

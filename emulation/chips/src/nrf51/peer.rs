@@ -19,6 +19,12 @@ use crate::{BoardEvent, BoardLed, Time};
 
 /// The rate of the serial link in bits per second.
 pub const BAUD: u64 = 1_000_000;
+/// The shortest time for a byte: the sender's clock is fast by 3 %, the most that the UART tolerates
+/// (serial.rs).
+pub const BYTE_TIME_MIN: Time = Time::from_nanos(9_700);
+/// The shortest time from the STM32's decision to transmit a P2P frame to that of the nRF51: the
+/// frame's port and the six bytes around it.
+pub const P2P_COMMAND_TIME_MIN: Time = Time::from_nanos(7 * BYTE_TIME_MIN.nanos());
 /// Capacity of the UART's FIFO in bytes (nRF51 reference manual, 29.4).
 const FIFO: usize = 6;
 /// Capacity in bytes of the queue after the FIFO: one of its 128 places stays empty.
@@ -388,6 +394,17 @@ impl Nrf51 {
         } else {
             self.not_sent += 1;
         }
+    }
+
+    /// Returns the time before which the nRF51 does not decide to transmit a P2P frame, if the next
+    /// byte of the STM32 arrives at `next_byte` at the earliest.
+    pub fn silent_until(&self, next_byte: Time, now: Time) -> Time {
+        let VolatileState { outgoing, fifo, queue, parser, .. } = &self.state;
+        if outgoing.is_some() || !fifo.is_empty() || !queue.is_empty() {
+            return now;
+        }
+        let bytes_after = parser.bytes_to(kind::P2P_BROADCAST) - 1;
+        next_byte + Time::from_nanos(BYTE_TIME_MIN.nanos() * bytes_after as u64)
     }
 
     /// Adds another robot's P2P frame that is on the air. Its last bit arrives at `end`.

@@ -5,6 +5,8 @@
 pub const FRAME_PAYLOAD_MAX: usize = 64;
 
 const START: [u8; 2] = [0xbc, 0xcf];
+/// The bytes of a frame without payload.
+const FRAME_BYTES_MIN: usize = 6;
 
 /// A frame of the link, without its checksum.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -78,7 +80,7 @@ impl Nrf51Parser {
             self.bytes.clear();
             return None;
         }
-        if bytes.len() < 4 || bytes.len() < length + 6 {
+        if bytes.len() < 4 || bytes.len() < length + FRAME_BYTES_MIN {
             return None;
         }
         let (content, sums) = bytes[2..].split_at(length + 2);
@@ -90,6 +92,19 @@ impl Nrf51Parser {
         };
         self.bytes.clear();
         Some(arrived)
+    }
+
+    /// Returns the number of further bytes after which a frame of type `kind` with a payload may be
+    /// complete, at the earliest.
+    pub fn bytes_to(&self, kind: u8) -> usize {
+        const SHORTEST: usize = FRAME_BYTES_MIN + 1;
+        let bytes = self.bytes.as_slice();
+        let whole =
+            bytes.get(3).map_or(FRAME_BYTES_MIN, |length| FRAME_BYTES_MIN + usize::from(*length));
+        match bytes.get(2) {
+            Some(other) if *other != kind => whole - bytes.len() + SHORTEST,
+            _ => whole.max(SHORTEST) - bytes.len(),
+        }
     }
 }
 
@@ -131,6 +146,29 @@ mod tests {
         bytes[4] ^= 1;
         let arrived: Vec<Arrived> = bytes.iter().filter_map(|b| parser.push(*b)).collect();
         assert!(!arrived[0].first_sum_good && !arrived[0].second_sum_good);
+    }
+
+    #[test]
+    fn no_frame_is_complete_before_the_stated_bytes() {
+        const P2P: u8 = 0x0a;
+        let shortest = LinkFrame::new(P2P, [11]).unwrap().to_bytes();
+        assert_eq!(Nrf51Parser::default().bytes_to(P2P), shortest.len());
+        for (bytes, _, _) in VECTORS {
+            let mut parser = Nrf51Parser::default();
+            let stream = [bytes, &shortest].concat();
+            for (number, byte) in stream.iter().enumerate() {
+                let stated = parser.bytes_to(P2P);
+                let mut rest = stream[number..].iter();
+                let mut ahead = Nrf51Parser { bytes: parser.bytes.clone() };
+                let is_p2p = |arrived: Arrived| arrived.frame.kind() == P2P;
+                let left = 1 + rest.position(|byte| ahead.push(*byte).is_some_and(is_p2p)).unwrap();
+                assert!(stated <= left, "{stated} bytes stated, {left} left of {stream:02x?}");
+                if parser.bytes.len() >= 4 {
+                    assert_eq!(stated, left);
+                }
+                parser.push(*byte);
+            }
+        }
     }
 
     #[test]

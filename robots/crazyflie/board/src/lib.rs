@@ -11,7 +11,7 @@ mod decks;
 mod tests;
 
 use bittybuzz_chips::f405::{F405, PinAction};
-use bittybuzz_chips::nrf51::{BAUD, Nrf51, PeerAction};
+use bittybuzz_chips::nrf51::{BAUD, BYTE_TIME_MIN, Nrf51, PeerAction};
 use bittybuzz_chips::stm32::{Pin, Pwm};
 use bittybuzz_chips::{
     Battery, Board, BoardEvent, BoardLed, ChipProperties, CoreKind, CoreStart, ExternalPose,
@@ -500,6 +500,11 @@ impl Board for CrazyflieBoard {
 
     fn wants_memory(&self) -> bool {
         self.f405.wants_memory()
+    }
+
+    fn silent_until(&self, acts: Time) -> Time {
+        let next_byte = self.f405.usart.sent_at().unwrap_or(acts + BYTE_TIME_MIN);
+        self.nrf51.silent_until(next_byte, self.now)
     }
 
     fn next_transfer(&mut self) -> Option<Transfer> {
