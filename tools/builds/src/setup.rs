@@ -54,7 +54,8 @@ const NODE_PACKAGES: &[(Sign, &str)] =
     &[(Sign::Program("node"), "nodejs"), (Sign::Program("npm"), "npm")];
 
 /// Debian packages for tests of web pages.
-const BROWSER_PACKAGES: &[(Sign, &str)] = &[(Sign::Program("chromium"), "chromium")];
+const BROWSER_PACKAGES: &[(Sign, &str)] =
+    &[(Sign::Program("chromium-headless-shell"), "chromium-headless-shell")];
 
 /// Debian packages for a Python with packages of its own.
 const PYTHON_PACKAGES: &[(Sign, &str)] =
