@@ -24,7 +24,7 @@ const OVERSHOOT: Duration = Duration::from_micros(2);
 /// The length of a turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TurnLength {
-    /// As long as all frames that end within it are known.
+    /// The longest for which all frames that end within the turn are known.
     Exact,
     /// Always the same; frames may be late by it.
     Fixed(Duration),
@@ -40,7 +40,7 @@ pub struct RadioTurns {
     silent_until: Duration,
     /// The pace of robots with doors for ground stations.
     pub(super) pace: Option<Pace>,
-    /// The number of turns so far.
+    /// The number of turns since the robots were powered on.
     pub turns: u64,
 }
 
