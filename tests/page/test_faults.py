@@ -95,8 +95,9 @@ def page(window, tmp_path, request):
     assert window.problems == []
 
 
-# The number of the line whose gutter has the mark: both stand at the same height.
-MARKED = """() => {
+# The number of the line whose gutter has the mark in the next picture: both stand at the same height.
+MARKED = """async () => {
+    await new Promise((done) => requestAnimationFrame(done));
     const root = document.querySelector("#text").shadowRoot;
     const top = (element) => element.getBoundingClientRect().top;
     const marked = top(root.querySelector(".cm-lint-marker-error").closest(".cm-gutterElement"));
@@ -143,8 +144,8 @@ def test_an_error_leads_nobody_away_from_a_name_half_typed(page):
     expect(page.locator("#status")).to_have_text("Robot 12 stopped by an error.")
     name.press_sequentially("a")
     expect(name).to_have_value("Ada")
-    # The place is marked for later.
-    page.click("#tab-script")
+    # The place is marked for later: in the first picture of the script already.
+    assert page.evaluate(f"() => {{ document.querySelector('#tab-script').click(); return ({MARKED})(); }}") == LINE
     assert marked_line(page) == (LINE, "total + speeds[i]")
     expect(page.locator("#fault")).to_contain_text("Robot 12 at 1.0 s")
 

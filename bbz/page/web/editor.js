@@ -316,6 +316,11 @@ export class Editor {
         }
     }
 
+    // The editor knows no heights of lines while its panel is hidden, and measures by itself 50 ms after it is shown.
+    measure() {
+        this.view.requestMeasure();
+    }
+
     get mark() {
         const { marked, shown } = this;
         return marked && marked.place.script === shown?.name ? markOf(this.view.state.doc, marked.fault, marked.place) : null;

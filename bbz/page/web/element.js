@@ -110,9 +110,13 @@ export function showIcon(id, icon, text) {
 
 // Moves with the arrow keys and shows the panel of the tab.
 export class Tabs {
-    /** @param {string[]} names */
-    constructor(names) {
+    /**
+     * @param {string[]} names
+     * @param {(name: string) => void} onShow
+     */
+    constructor(names, onShow) {
         this.names = names;
+        this.onShow = onShow;
         this.shown = "";
         names.forEach((name) => {
             const tab = part(`tab-${name}`);
@@ -143,5 +147,6 @@ export class Tabs {
             part(`tab-${name}`).setAttribute("aria-selected", String(isShown));
             part(`tab-${name}`).tabIndex = isShown ? 0 : -1;
         }
+        this.onShow(shown);
     }
 }

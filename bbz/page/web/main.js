@@ -53,7 +53,7 @@ const command = (/** @type {string} */ text) => {
 fillTexts();
 const robots = new Robots();
 const view = new View(part("canvas"));
-const tabs = new Tabs(["robot", "script", "log", "tests", "ground"]);
+const tabs = new Tabs(["robot", "script", "log", "tests", "ground"], (name) => name === "script" && editor.measure());
 const panel = new RobotPanel(robots, command, compare, openPlace);
 const log = new Log(choose, (code) => ask({ explain: { code } }));
 const ground = new Ground(command, ask, () => view.beginCut());
