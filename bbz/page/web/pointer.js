@@ -112,7 +112,8 @@ export class Pointer {
         }
     }
 
-    // Two fingers zoom and move at once, and turn the world in 3-D.
+    // Two fingers zoom and move at once, and turn the world in 3-D. The place between them stays there, however far the fingers
+    // move from one event to the next.
     /** @param {PointerEvent} event */
     pinch(event) {
         const { view, down } = this;
@@ -124,10 +125,10 @@ export class Pointer {
         const angle = (one) => Math.atan2(one.clientY - other.clientY, one.clientX - other.clientX);
         /** @type {(one: PointerEvent) => { clientX: number, clientY: number }} */
         const middle = (one) => ({ clientX: (one.clientX + other.clientX) / 2, clientY: (one.clientY + other.clientY) / 2 });
-        const [from, to] = [middle(before), middle(event)];
-        view.pan(to.clientX - from.clientX, to.clientY - from.clientY);
-        view.zoom(apart(event) / Math.max(1, apart(before)), view.toWorld(to));
+        const between = view.toWorld(middle(before));
+        view.zoom(apart(event) / Math.max(1, apart(before)));
         view.turnBy(angle(before) - angle(event), 0);
+        view.hold(between, middle(event));
         down.set(event.pointerId, event);
     }
 

@@ -540,6 +540,19 @@ export class View {
         this.changed();
     }
 
+    // Shows a place on the ground at a point of the screen.
+    /**
+     * @param {Place} place
+     * @param {{ clientX: number, clientY: number }} point
+     */
+    hold([x, y], point) {
+        const [shownX, shownY] = this.toWorld(point);
+        this.camera.x += x - shownX;
+        this.camera.y += y - shownY;
+        this.isFitted = false;
+        this.changed();
+    }
+
     // A place stays where it is on the screen.
     /**
      * @param {number} factor

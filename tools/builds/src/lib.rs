@@ -14,5 +14,6 @@ pub mod raw_binary;
 pub mod release_zip;
 mod seed;
 pub mod setup;
-pub mod shell;
 pub mod test_programs;
+
+pub use bittybuzz_shell as shell;
