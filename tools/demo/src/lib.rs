@@ -1,7 +1,7 @@
 //! The demonstration of the project: runs a script, explains errors, simulates a swarm, and shows the
 //! swarm in a page.
 //!
-//! It compiles `bbz` and what runs it, and nothing else.
+//! It compiles only `bbz`.
 
 use anyhow::{Result, ensure};
 use bittybuzz_shell::{Invocation, cargo, root, target};
