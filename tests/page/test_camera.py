@@ -73,6 +73,10 @@ def test_two_fingers_zoom_and_turn(page):  # noqa: F811
     before = mm()
     fingers.drag([[(500 - 50 - 5 * part, 400) for part in range(11)], [(500 + 50 + 5 * part, 400) for part in range(11)]])
     assert math.isclose(before / mm(), 2, rel_tol=0.05), "twice as far apart, twice as large"
+    # Fingers that meet leave a world, which is as large as before once they are as far apart again.
+    before = mm()
+    fingers.drag([[(500 - away, 400) for away in [60, 0, 60]], [(500 + away, 400) for away in [60, 0, 60]]])
+    assert math.isclose(before, mm(), rel_tol=0.05)
     # From above, the world is not turned.
     above = picture(page)
     fingers.drag([arc(middle, 100, 0, 90), arc(middle, 100, 180, 90)])
@@ -86,6 +90,21 @@ def test_two_fingers_zoom_and_turn(page):  # noqa: F811
     for parts in [12, 1, 2]:
         fingers.drag([arc(middle, 100, 0, 90, parts), arc(middle, 100, 180, 90, parts)])
     assert difference(page, tilted, picture(page)) < 1500
+
+
+def test_a_wheel_turned_without_end_leaves_a_world(page):  # noqa: F811
+    choose(page, "examples/swarm/particle_swarm.toml")
+    text = page.locator("#bar-text")
+    whole = text.inner_text()
+    page.mouse.move(500, 400)
+    for ways in [(1e6, -1e6), (-1e6, 1e6)]:
+        for way in ways:
+            page.mouse.wheel(0, way)
+            expect(text).not_to_have_text(whole)
+            painted(page)
+            assert text.inner_text().split()[0].replace(".", "").isdigit(), text.inner_text()
+        page.mouse.dblclick(500, 400)
+        expect(text).to_have_text(whole)
 
 
 def picture_with_focus(page):  # noqa: F811

@@ -6,6 +6,8 @@ const ABOVE = Math.PI / 2;
 // The angle between the ground and the line of sight in 3-D: at first, and its limits.
 const FIRST = Math.PI / 6;
 const RISE_RANGE = [Math.PI / 12, (5 * Math.PI) / 12];
+// Pixels for one mm: a kilometer is ten pixels wide, or a millimeter a whole screen.
+const SCALE_RANGE = [1e-5, 1e3];
 
 /**
  * @import { Place } from "./page"
@@ -121,9 +123,10 @@ export class Camera {
      * @param {Place} place
      */
     zoom(factor, [x, y] = [this.x, this.y]) {
-        this.scale *= factor;
-        this.x = x + (this.x - x) / factor;
-        this.y = y + (this.y - y) / factor;
+        const before = this.scale;
+        this.scale = Math.max(SCALE_RANGE[0], Math.min(SCALE_RANGE[1], before * factor));
+        this.x = x + ((this.x - x) * before) / this.scale;
+        this.y = y + ((this.y - y) * before) / this.scale;
     }
 
     // A number that is greater for what is farther away.

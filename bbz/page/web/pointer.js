@@ -120,13 +120,13 @@ export class Pointer {
         const [other] = [...down.values()].filter((one) => one.pointerId !== event.pointerId);
         const before = down.get(event.pointerId) ?? event;
         /** @type {(one: PointerEvent) => number} */
-        const apart = (one) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
+        const apart = (one) => Math.max(1, Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY));
         /** @type {(one: PointerEvent) => number} */
         const angle = (one) => Math.atan2(one.clientY - other.clientY, one.clientX - other.clientX);
         /** @type {(one: PointerEvent) => { clientX: number, clientY: number }} */
         const middle = (one) => ({ clientX: (one.clientX + other.clientX) / 2, clientY: (one.clientY + other.clientY) / 2 });
         const between = view.toWorld(middle(before));
-        view.zoom(apart(event) / Math.max(1, apart(before)));
+        view.zoom(apart(event) / apart(before));
         view.turnBy(angle(before) - angle(event), 0);
         view.hold(between, middle(event));
         down.set(event.pointerId, event);
