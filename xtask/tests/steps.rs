@@ -5,8 +5,6 @@
 use std::path::Path;
 use std::process::Command;
 
-use bittybuzz_builds::cargo_test::shared_packages;
-
 /// Reads a file of the repository.
 fn read(path: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
@@ -24,14 +22,4 @@ fn the_workflow_has_a_job_for_each_step() {
     let steps: Vec<_> = steps.filter_map(|line| Some(line.split_once(':')?.0)).collect();
     assert!(steps.contains(&"lint"), "{help}");
     assert_eq!(jobs.collect::<Vec<_>>(), steps);
-}
-
-/// The script of CI compiles xtask with the packages that share a build, so that the tests use the
-/// crates which xtask needs.
-#[test]
-fn the_script_of_ci_selects_the_packages_that_share_a_build() {
-    let text = read(".ci/run");
-    let (_, list) = text.split_once("shared=(").unwrap();
-    let (list, _) = list.split_once(')').unwrap();
-    assert_eq!(list.split_whitespace().collect::<Vec<_>>(), shared_packages());
 }

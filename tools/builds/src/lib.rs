@@ -4,7 +4,6 @@
 //! Errors are `anyhow`'s, because only people read them.
 
 pub mod board;
-pub mod cargo_test;
 pub mod chip;
 pub mod copy;
 pub mod elf;
@@ -16,4 +15,4 @@ mod seed;
 pub mod setup;
 pub mod test_programs;
 
-pub use bittybuzz_shell as shell;
+pub use bittybuzz_shell::{self as shell, cargo_test};

@@ -4,6 +4,7 @@
 //! demonstration first, does not wait until they are compiled.
 
 use anyhow::{Context, Result};
+use bittybuzz_shell::cargo_test::xtask;
 use std::env;
 use std::ffi::OsString;
 use std::process::{Command, ExitCode, ExitStatus};
@@ -24,11 +25,7 @@ fn main() -> ExitCode {
 
 /// Runs another chore, in the folder of the user.
 fn chore(words: &[OsString]) -> Result<ExitStatus> {
-    Command::new(env::var_os("CARGO").unwrap_or("cargo".into()))
-        .args(["run", "--quiet", "--package", "xtask", "--"])
-        .args(words)
-        .status()
-        .context("cannot start cargo")
+    Command::new(xtask()?).args(words).status().context("cannot start xtask")
 }
 
 /// Returns the status of a chore, or 1 if a signal ended it.

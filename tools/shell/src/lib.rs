@@ -1,6 +1,8 @@
 //! Runs programs. Each command is printed, so that people can follow the run and repeat a failed
 //! command.
 
+pub mod cargo_test;
+
 use anyhow::{Context, Error, Result, anyhow};
 use std::io;
 use std::panic::resume_unwind;

@@ -1,7 +1,8 @@
 //! `cargo test` with the settings of all chores.
 
-use crate::shell::{Invocation, target};
+use crate::{Invocation, target};
 use anyhow::Result;
+use std::env::consts::EXE_SUFFIX;
 use std::path::PathBuf;
 
 /// Arguments that skip the tests on the slower emulated processors.
@@ -76,7 +77,15 @@ pub const BBZ: &str = "BITTYBUZZ_BBZ";
 pub fn bbz() -> Result<PathBuf> {
     // The tests of a package include its programs.
     all_tests(&["--no-run", "--quiet", "--test", "bbz"], &[]).run()?;
-    Ok(target()?.join("debug/bbz"))
+    Ok(target()?.join("debug").join(format!("bbz{EXE_SUFFIX}")))
+}
+
+/// Builds the program of the chores with the packages that share a build of their tests, which then
+/// use the crates that it needs. Returns its path.
+pub fn xtask() -> Result<PathBuf> {
+    // Before the test of a program, cargo builds the program.
+    all_tests(&["--no-run", "--quiet", "--test", "steps"], &[]).unannounced().run()?;
+    Ok(target()?.join("debug").join(format!("xtask{EXE_SUFFIX}")))
 }
 
 /// Returns the tests of `tests/hil`, with arguments for their program.
