@@ -18,7 +18,7 @@ use bittybuzz_guides::Runs;
 use bittybuzz_soak as soak;
 use clap::ValueEnum;
 use fs_err as fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Minutes that `test` takes the first time, on two cores.
@@ -93,9 +93,10 @@ pub fn ci(step: Option<Step>) -> Result<()> {
 }
 
 /// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
-/// emulators count while the tests are compiled, and the sample of the long tests runs next to the tests
-/// and the browsers. The lints of host programs need no package, and run while packages come from the
-/// network and next to the other lints.
+/// emulators count while the tests are compiled, and the sample of the long tests runs next to the
+/// browsers. The lints of host programs need no package, and run while packages come from the network and
+/// next to the other lints. The tests include the comparison with WebAssembly, for which the step `wasm`
+/// would run the worlds once more.
 fn all_steps() -> Result<()> {
     let start = Instant::now();
     at_once(lint_host, || {
@@ -107,15 +108,18 @@ fn all_steps() -> Result<()> {
     run(Step::between(Step::Doc, Step::Sizes))?;
     let compile = || {
         test_programs::compile(&shared_packages())?;
-        site::module().map(drop)
+        site::module()
     };
-    at_once(|| run(Step::between(Step::Sizes, Step::Emulators)), compile)?;
+    let ((), module) = at_once(|| run(Step::between(Step::Sizes, Step::Emulators)), compile)?;
     run(&[Step::Emulators])?;
-    // Images with mistakes are built in folders of their own, and the other samples build theirs where the
-    // tests find the robots' images.
+    let tests = Instant::now();
+    all_other_tests(Some(&module))?;
+    Step::Tests.report(tests);
+    Step::Wasm.report(tests);
+    run(&[Step::Guides])?;
+    // The samples build images where the tests find those of the robots.
     let samples = Instant::now();
-    at_once(|| run(Step::between(Step::Tests, Step::Wasm)), soak::sample_mistakes)?;
-    at_once(|| run(Step::between(Step::Wasm, Step::Soak)), soak::sample_runs)?;
+    at_once(|| run(&[Step::Page]), Step::sample)?;
     Step::Soak.report(samples);
     Ok(())
 }
@@ -143,24 +147,20 @@ impl Step {
                 // steps.
                 cargo(&[&["test", "--release"], &emulators()[..]].concat())?;
             }
-            Step::Tests => {
-                let settings = [(FIGURES, CHECK)];
-                let variables = || {
-                    let cflib = setup::cflib()?.display().to_string();
-                    Ok([build_images()?, vec![("BITTYBUZZ_CFLIB", cflib)]].concat())
-                };
-                test_programs::run(&shared_packages(), &[], &settings, variables)?;
-            }
+            Step::Tests => all_other_tests(None)?,
             Step::Guides => carry_out_guides()?,
             Step::Wasm => wasm()?,
             Step::Page => page()?,
-            Step::Soak => {
-                soak::sample_mistakes()?;
-                soak::sample_runs()?;
-            }
+            Step::Soak => Step::sample()?,
         }
         self.report(start);
         Ok(())
+    }
+
+    /// Runs the samples of the long tests.
+    fn sample() -> Result<()> {
+        soak::sample_mistakes()?;
+        soak::sample_runs()
     }
 
     fn report(self, start: Instant) {
@@ -185,12 +185,27 @@ fn carry_out_guides() -> Result<()> {
     images.iter().fold(tests, |tests, (name, path)| tests.env(name, path)).run()
 }
 
+/// The variable that names the module of the playground for the test that compares its runs in node with
+/// native ones.
+const MODULE: &str = "BITTYBUZZ_PLAYGROUND";
+
+/// Runs the tests of all packages that share a build, with the images of all robots. With a module of
+/// the playground, its runs are compared with native ones.
+fn all_other_tests(module: Option<&Path>) -> Result<()> {
+    let module = module.map(|path| path.display().to_string());
+    let module = module.as_deref().map(|path| (MODULE, path));
+    let settings: Vec<_> = [(FIGURES, CHECK)].into_iter().chain(module).collect();
+    let variables = || {
+        let cflib = setup::cflib()?.display().to_string();
+        Ok([build_images()?, vec![("BITTYBUZZ_CFLIB", cflib)]].concat())
+    };
+    test_programs::run(&shared_packages(), &[], &settings, variables)
+}
+
 /// Builds the module of the playground and compares its runs in node with native ones.
 fn wasm() -> Result<()> {
     let module = site::module()?;
-    all_tests(&["--test", "everywhere"], &[])
-        .env("BITTYBUZZ_PLAYGROUND", &module.display().to_string())
-        .run()
+    all_tests(&["--test", "everywhere"], &[]).env(MODULE, &module.display().to_string()).run()
 }
 
 /// Tests the page of `bbz sim --view` and the playground in a headless browser.
