@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::fit;
 use bittybuzz_isp::memories;
-use bittybuzz_robot_spec::{Layout, NumberProfile, Robot, Setting};
+use bittybuzz_robot_spec::{Layout, NumberProfile, Robot, SettingError};
 use bittybuzz_vm_core::ImageError;
 use clap::Args;
 
@@ -30,13 +30,8 @@ enum FlashError {
     #[error("the {0} has no place for an id")]
     NoIdRegion(String),
     /// A `--set` that the robot does not know or accept.
-    #[error("the {robot} cannot be set by `--set {argument}`")]
-    RobotSetting {
-        argument: String,
-        robot: String,
-        /// The settings of the robot, a line each.
-        settings: Vec<String>,
-    },
+    #[error(transparent)]
+    RobotSetting(#[from] SettingError),
     /// An image for another profile than the robot's.
     #[error("`{path}` was built for the {} profile, which is not that of the {robot}", .image.name())]
     RobotProfile {
@@ -66,10 +61,7 @@ impl Problem for FlashError {
                 "its robot file has no `id` in its [layout]: flash that it shares with nothing"
                     .to_owned()
             }
-            FlashError::RobotSetting { settings, .. } if settings.is_empty() => {
-                "its robot file has no [[setting]]".to_owned()
-            }
-            FlashError::RobotSetting { settings, .. } => settings.join("\n      "),
+            FlashError::RobotSetting(error) => error.help(),
             FlashError::RobotProfile { .. } => "build it without --profile".to_owned(),
             FlashError::Capacity { help, .. } => help.clone(),
         })
@@ -145,8 +137,12 @@ pub fn execute(arguments: &FlashArguments) -> Result<ExitStatus, Box<dyn Problem
     }
     let file = ScratchFile::create(&arguments.file, "script.bin")?;
     let id = arguments.id.map(|id| assign(id, robot, &layout, &arguments.file)).transpose()?;
-    let settings = set(&arguments.set, robot, &layout, &arguments.file)?;
-    let assignments = [id, settings];
+    let settings = robot.settings_content(&arguments.set).map_err(FlashError::from)?;
+    let settings = settings.map(|(address, section)| {
+        let file = ScratchFile::create(&arguments.file, "settings.bin")?;
+        Ok::<_, Box<dyn Problem>>(RegionContent { address, section, file })
+    });
+    let assignments = [id, settings.transpose()?];
     let firmware = arguments.firmware.as_deref().map(|path| firmware_call(chip, path));
     let assigned = assignments.iter().flatten().map(|assignment| assignment.call(chip));
     // The script is written last, because its last call restarts the robot.
@@ -175,9 +171,8 @@ fn by_programmer(
         return Ok(ExitStatus::CompileError);
     };
     check(&arguments.file, &program, robot)?;
-    if let Some(setting) = arguments.set.first() {
-        return Err(misset(setting, robot).into());
-    }
+    // A robot without a place for settings refuses each.
+    robot.settings_content(&arguments.set).map_err(FlashError::from)?;
     let task = ProgrammingTask {
         robot,
         programmer: &arguments.programmer,
@@ -265,43 +260,6 @@ fn assign(
     let section = Layout::id_section(id).to_vec();
     let file = ScratchFile::create(script, "id.bin")?;
     Ok(RegionContent { address: region.address, section, file })
-}
-
-/// Returns the bytes that give a robot these settings, if there are any.
-fn set(
-    arguments: &[String],
-    robot: &Robot,
-    layout: &Layout,
-    script: &Path,
-) -> Result<Option<RegionContent>, Box<dyn Problem>> {
-    let Some(first) = arguments.first() else { return Ok(None) };
-    let region = layout.settings.ok_or_else(|| misset(first, robot))?;
-    let mut values = vec![None; robot.settings.len()];
-    for argument in arguments {
-        let given = argument.split_once('=').and_then(|(name, value)| {
-            let mut slots = robot.settings.iter().zip(&mut values);
-            let (setting, slot) = slots.find(|(setting, _)| setting.name == name)?;
-            let value = value.parse().ok()?;
-            (setting.least..=setting.most).contains(&value).then_some((slot, value))
-        });
-        let (slot, value) = given.ok_or_else(|| misset(argument, robot))?;
-        *slot = Some(value);
-    }
-    let section = Layout::settings_section(&values);
-    let file = ScratchFile::create(script, "settings.bin")?;
-    Ok(Some(RegionContent { address: region.address, section, file }))
-}
-
-fn misset(argument: &str, robot: &Robot) -> FlashError {
-    let settings = robot.settings.iter().map(|setting| {
-        let Setting { name, least, most, help } = setting;
-        format!("{name}={least} to {name}={most}: {help}")
-    });
-    FlashError::RobotSetting {
-        argument: argument.to_owned(),
-        robot: robot.title.clone(),
-        settings: settings.collect(),
-    }
 }
 
 impl RegionContent {

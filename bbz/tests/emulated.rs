@@ -97,7 +97,7 @@ fn the_script_is_written_and_the_time_runs() {
     assert_eq!(commands[0], json!({ "command": "load", "elf": "robot.elf" }));
     assert_eq!(
         (&commands[1]["command"], &commands[1]["address"]),
-        (&json!("write"), &json!(0x080a_0000))
+        (&json!("write"), &json!(0x0808_0000))
     );
     // The command writes a place of the log of scripts, with the image at its beginning.
     let written = commands[1]["bytes"].as_str().unwrap();

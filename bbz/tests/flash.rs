@@ -16,7 +16,7 @@ fn firmware() -> Vec<u8> {
     elf::arm(&[
         Segment { at: 0x0800_4000, runs_at: 0x0800_4000, bytes: &[0; 64] },
         Segment { at: 0x0800_4040, runs_at: 0x2000_0000, bytes: &[1; 8] },
-        Segment { at: 0x080a_0000, runs_at: 0x080a_0000, bytes: &[2; 16] },
+        Segment { at: 0x0808_0000, runs_at: 0x0808_0000, bytes: &[2; 16] },
     ])
 }
 
@@ -33,9 +33,9 @@ fn only_the_script_is_written() {
     let [first, second] = &calls[..] else { panic!("{calls:?}") };
     let (options, file) = first.rsplit_once(' ').unwrap();
     let download = "download --non-interactive --chip STM32F405RG --verify";
-    assert_eq!(options, format!("{download} --binary-format bin --base-address 0x080a0000"));
+    assert_eq!(options, format!("{download} --binary-format bin --base-address 0x08080000"));
     let second = second.rsplit_once(' ').unwrap();
-    let reset = format!("{download} --reset --binary-format bin --base-address 0x080c0000");
+    let reset = format!("{download} --reset --binary-format bin --base-address 0x080a0000");
     assert_eq!(second, (reset.as_str(), file));
     assert!(!std::path::Path::new(file).exists(), "left behind: {file}");
     // The length, then the image from `bbz build`, and the mark at the end.
@@ -85,7 +85,7 @@ fn firmware_comes_before_the_script() {
         calls[0],
         "download --non-interactive --chip STM32F405RG --verify --binary-format elf robot"
     );
-    assert!(calls[2].contains("--reset --binary-format bin --base-address 0x080c0000"));
+    assert!(calls[2].contains("--reset --binary-format bin --base-address 0x080a0000"));
 }
 
 /// A Zooid has no verifier. The same image gets another seal for firmware with other memory.
@@ -138,7 +138,16 @@ fn settings_are_written() {
         assert!(outcome.stderr.contains(&format!("`--set {wrong}`")), "{}", outcome.stderr);
         assert!(outcome.stderr.contains("minimum_duty=1 to minimum_duty=60"), "{}", outcome.stderr);
     }
+    let twice = ["--set", "range_mm=1", "--set", "range_mm=2"];
+    let outcome = probe_rs::bbz(&folder, &[&ZOOIDS[..], &twice].concat());
+    assert_eq!(outcome.status, Some(3));
+    assert!(outcome.stderr.contains("`--set range_mm=2`"), "{}", outcome.stderr);
     let outcome = probe_rs::bbz(&folder, &[&FLASH[..], &["--set", "x=1"]].concat());
+    assert_eq!(outcome.status, Some(3));
+    assert!(outcome.stderr.contains("height_mm=200 to height_mm=65534"), "{}", outcome.stderr);
+    let kilobot =
+        ["flash", "s.bzz", "--robot", "kilobot", "--programmer", "usbasp", "--set", "x=1"];
+    let outcome = probe_rs::bbz(&folder, &kilobot);
     assert_eq!(outcome.status, Some(3));
     assert!(outcome.stderr.contains("has no [[setting]]"), "{}", outcome.stderr);
 }
@@ -153,7 +162,7 @@ fn an_id_is_assigned() {
     let calls = probe_rs::calls(&folder);
     assert_eq!(calls.len(), 3);
     assert!(calls[0].contains("--verify --binary-format bin --base-address 0x080e0000"));
-    assert!(calls[2].contains("--reset --binary-format bin --base-address 0x080c0000"));
+    assert!(calls[2].contains("--reset --binary-format bin --base-address 0x080a0000"));
     // 4660 is 0x1234, followed by its complement.
     assert_eq!(folder.read("id.bin"), [0x34, 0x12, 0xcb, 0xed]);
     let shipped = include_str!("../../robots/crazyflie/robot.toml");
@@ -210,8 +219,8 @@ fn a_script_needs_room() {
     let folder = Folder::with("flash_room", "s.bzz", SCRIPT);
     let shipped = include_str!("../../robots/crazyflie/robot.toml");
     let small = shipped.replace(
-        "script = { address = 0x080a_0000, size = 0x4_0000 }\nscript_log = true\n",
-        "script = { address = 0x080a_0000, size = 0x200 }\n",
+        "script = { address = 0x0808_0000, size = 0x4_0000 }\nscript_log = true\n",
+        "script = { address = 0x0808_0000, size = 0x200 }\n",
     );
     assert_ne!(small, shipped);
     folder.write("small.toml", small);

@@ -42,13 +42,13 @@ mod decks;
 mod failure;
 mod flight;
 mod functions;
-mod id;
 mod leds;
 mod link;
 mod motors;
 mod pilot;
 mod readiness;
 mod section;
+mod settings;
 mod watchdog;
 
 mod robot {
@@ -154,7 +154,7 @@ async fn main(spawner: Spawner) {
     let flow = FlowDevice::new(p.SPI1, p.PA5, p.PA6, p.PA7, p.PB4, p.DMA2_CH3, p.DMA2_CH0, Irqs);
     let data_ready = DataReady::new(p.PC14, Irqs);
 
-    let id = id::find();
+    let id = settings::id();
     let robot_id = id.number();
     log::info!("BittyBuzz on {=str}, not tried on hardware", robot::NAME);
     log::info!("set_motor gives motors at most {=u8} of 255", motors::POWER_MAX);
@@ -175,6 +175,7 @@ async fn main(spawner: Spawner) {
     let identity = Identity { id: radio_id, firmware: link::station::FIRMWARE, device: "CF21" };
     let station: &'static RefCell<Station> =
         STATION.init_with(|| RefCell::new(Station::new(identity)));
+    settings::limit(&mut station.borrow_mut());
     let setpoint = SetpointWriter::new(&SETPOINTS);
     let crazyflie = Crazyflie::new(script_leds, setpoint, &STATUS, station, robot_id);
     let pulse = |task| TASKS.pulse(task);
@@ -213,7 +214,8 @@ async fn main(spawner: Spawner) {
     spawner.spawn(defmt::unwrap!(flight::report::write_reports()));
     spawner.spawn(defmt::unwrap!(flight::pilot_desk::make_plans()));
     spawner.spawn(defmt::unwrap!(feed_watchdog()));
-    flight::start(bus, data_ready, pulse(Task::Sensors), Irqs);
+    let limits = station.borrow().limits();
+    flight::start(bus, data_ready, limits, pulse(Task::Sensors), Irqs);
 }
 
 #[embassy_executor::task]

@@ -165,6 +165,9 @@ pub fn report(function: PilotFunction, reason: PilotRefusal) {
         PilotRefusal::Plan(PlanError::Duration) => {
             log::warning!("{=str}: the flight would take more than 30 minutes", name)
         }
+        PilotRefusal::Plan(PlanError::OutsideFence) => {
+            log::warning!("{=str}: the robot is outside its fence", name)
+        }
         PilotRefusal::Plan(_) => log::warning!("{=str}: there is no path to the place", name),
     }
 }

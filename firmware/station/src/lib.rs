@@ -28,6 +28,7 @@ mod limits;
 mod script;
 mod setpoint;
 
+pub use limits::OwnerLimit;
 pub use script::{ScriptAircraft, ScriptRank};
 
 use bittybuzz_crtp::{

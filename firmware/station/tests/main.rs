@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 mod landings;
+mod owner;
 mod rig;
 
 use bittybuzz_crtp::Refusal;

@@ -10,7 +10,7 @@ use bittybuzz_flight::ekf::PoseMeasurement;
 use bittybuzz_flight::pilot::{Pilot, PilotMoment, PilotSettings};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_flight::{FlightState, ImuSample, MotorDuties, Vec3};
-use bittybuzz_station::{Outcome, ScriptRank, Station, StationMoment};
+use bittybuzz_station::{Outcome, OwnerLimit, ScriptRank, Station, StationMoment};
 
 /// Ticks between two looks of the station at the flight.
 const POLL_MS: u64 = 30;
@@ -43,15 +43,22 @@ pub struct Rig {
 impl Rig {
     /// A robot that stood for two seconds.
     pub fn new(seed: u64) -> Self {
+        Rig::with_limits(seed, &[])
+    }
+
+    /// A robot with limits of its owner that stood for two seconds.
+    pub fn with_limits(seed: u64, owner: &[(OwnerLimit, f32)]) -> Self {
+        let mut station = Station::new(Identity { id: 0xe7, firmware: "", device: "" });
+        for (limit, number) in owner {
+            station.limit(*limit, *number);
+        }
+        let (limits, fence) = station.limits().unwrap();
         let mut drone = Drone::nominal(Airframe::CRAZYFLIE_2_1_PLUS);
         drone.stand(0.0, 0.0, 0.0, 0.0);
-        let settings = StackSettings {
-            limits: PilotSettings::CRAZYFLIE.limits,
-            ..StackSettings::CRAZYFLIE_2_1_PLUS
-        };
+        let settings = StackSettings { limits, fence, ..StackSettings::CRAZYFLIE_2_1_PLUS };
         let mut rig = Rig {
             stack: FlightStack::new(settings, &FlightState::default()),
-            station: Station::new(Identity { id: 0xe7, firmware: "", device: "" }),
+            station,
             pilot: Pilot::new(PilotSettings::CRAZYFLIE),
             now_ms: 0,
             source: CommandSource::Script,

@@ -71,6 +71,7 @@ mod link;
 mod memory;
 mod read;
 mod sensor;
+mod setting;
 mod signature;
 mod trailing;
 mod value;
@@ -89,6 +90,7 @@ pub use layout::{Layout, Region};
 pub use link::Medium;
 pub use read::is_robot_name;
 pub use sensor::{DistanceUnit, Sensor, SensorKind, SensorReading, SensorValue};
+pub use setting::{Setting, SettingError};
 pub use signature::{PARAMETERS_MAX, Parameter, SignatureType, parameter_at, takes_count};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 pub use value::{
@@ -272,20 +274,6 @@ impl RobotFunction {
             format!("{}({}){returns}", self.name, list.join(", "))
         })
     }
-}
-
-/// A number in which one robot differs from others of its kind. `bbz flash --set` writes it to
-/// flash, where it survives new scripts and firmware.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Setting {
-    /// Its name, such as `range_mm`.
-    pub name: String,
-    /// The smallest value.
-    pub least: u16,
-    /// The largest value.
-    pub most: u16,
-    /// One line of help: the meaning, the unit, and the value that is used without the setting.
-    pub help: String,
 }
 
 /// A signal that the firmware gives with the robot's lights, in place of or in addition to the

@@ -103,7 +103,7 @@ fn armed(script: &str, seed: u64) -> Robot {
 }
 
 /// Runs until the script has logged a line that begins with this number, and returns its values.
-fn run_until_logged(robot: &mut Robot, number: &str, patience_ms: u64) -> Vec<String> {
+pub fn run_until_logged(robot: &mut Robot, number: &str, patience_ms: u64) -> Vec<String> {
     let from = robot.now();
     loop {
         let log = TraceLog::of_events(&robot.events);

@@ -12,6 +12,7 @@ mod brown_out;
 mod cable;
 mod configuration;
 mod conformance;
+mod crazyflie_limits;
 mod debugger;
 mod deck_sensors;
 mod decks;

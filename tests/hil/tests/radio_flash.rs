@@ -8,6 +8,7 @@ use std::process::Command as Program;
 use std::thread;
 use std::time::Duration;
 
+use bittybuzz_builds::raw_binary::Individual;
 use bittybuzz_builds::{raw_binary, release_zip};
 use bittybuzz_chips::Random;
 use bittybuzz_emulation::message::ResetCause;
@@ -28,7 +29,8 @@ const OLD: &str = "function step() { set_motor(0, 20) }";
 fn file(script: &str) -> Vec<u8> {
     let elf = std::fs::read(crazyflie()).unwrap();
     let layout = layout();
-    let mut file = raw_binary::content(&elf, &layout, Some(ID)).unwrap();
+    let mut file =
+        raw_binary::content(&elf, &layout, &Individual { id: Some(ID), settings: None }).unwrap();
     let section = layout.script_section(&image(script)).unwrap();
     for address in layout.script_addresses() {
         let start = (address - raw_binary::PROGRAM) as usize;

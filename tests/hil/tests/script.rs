@@ -258,7 +258,7 @@ fn a_section_without_a_script_is_safe() {
 }
 
 /// Beginnings of the two sectors of the log of scripts.
-const SECTORS: [u32; 2] = [0x080a_0000, 0x080c_0000];
+const SECTORS: [u32; 2] = [0x0808_0000, 0x080a_0000];
 
 /// While `bbz flash` writes one sector, the other one has a whole script: the old one, until the mark of the new one is there.
 #[test]

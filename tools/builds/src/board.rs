@@ -1,7 +1,7 @@
 //! Builds firmware images, each in the workspace of its board.
 
 use crate::elf;
-use crate::raw_binary::{self, PAGE_BYTES, PROGRAM, RawBinaryError};
+use crate::raw_binary::{self, Individual, PAGE_BYTES, PROGRAM, RawBinaryError};
 use crate::release_zip;
 use crate::shell::{Invocation, root};
 use anyhow::{Context, Error, Result, anyhow};
@@ -104,6 +104,10 @@ pub struct BoardArguments {
     /// The robot's id in the raw binary; without it the robot keeps its own
     #[arg(long, value_name = "N", requires = "bin")]
     id: Option<u16>,
+    /// Also set what the robot file calls a setting in the raw binary; all that are not given are as if never set. May be
+    /// given several times; without it the robot keeps its own, unless it gets an id
+    #[arg(long, value_name = "NAME=VALUE", requires = "bin")]
+    set: Vec<String>,
     /// The raw binary, or with the extension .zip the release that cfclient sends; next to the image if none is given
     #[arg(long, value_name = "FILE", requires = "bin")]
     output: Option<PathBuf>,
@@ -274,6 +278,7 @@ impl FirmwareBuild {
         if arguments.profile.is_some() {
             robot.profile = NumberProfile::Tiny;
         }
+        settings(&robot, &arguments.set)?;
         let path = self.script(script);
         let compiled = compiled(&path, robot)?;
         if compiled.image.is_some() {
@@ -288,8 +293,12 @@ impl FirmwareBuild {
 
     /// Writes the raw binary of an image, and prints its path, its size and the command that sends it.
     fn write_raw_binary(&self, image: &Path, arguments: &BoardArguments) -> Result<()> {
-        let layout = self.shipped()?.layout.context("the robot file has no [layout]")?;
-        let content = raw_binary::content(&fs::read(image)?, &layout, arguments.id)?;
+        let robot = self.shipped()?;
+        let settings = settings(&robot, &arguments.set)?;
+        let is_reset = arguments.id.is_some() && settings.is_none() && !robot.settings.is_empty();
+        let individual = Individual { settings, id: arguments.id };
+        let layout = robot.layout.context("the robot file has no [layout]")?;
+        let content = raw_binary::content(&fs::read(image)?, &layout, &individual)?;
         let path = arguments.output.clone().unwrap_or_else(|| image.with_extension("bin"));
         let is_release = path.extension() == Some("zip".as_ref());
         fs::write(
@@ -300,7 +309,11 @@ impl FirmwareBuild {
         let pages = bytes.div_ceil(PAGE_BYTES);
         let id = arguments.id.map_or(String::new(), |id| format!(", robot id {id}"));
         println!("{path}");
-        println!("{bytes} bytes from {PROGRAM:#010x} on, {pages} pages: firmware, script{id}");
+        let set = if arguments.set.is_empty() { "" } else { ", settings" };
+        println!("{bytes} bytes from {PROGRAM:#010x} on, {pages} pages: firmware, script{set}{id}");
+        if is_reset {
+            println!("with its id the robot loses all of its settings: --set writes them");
+        }
         match is_release {
             true => println!("cfclient: Connect, Bootloader, Cold boot, From file"),
             false => println!("cfloader flash {path} stm32-fw -w radio://0/80/2M/E7E7E7E7E7"),
@@ -322,6 +335,11 @@ impl FirmwareBuild {
     pub fn image_in(&self, target: &Path) -> PathBuf {
         target.join(self.target).join("release").join(self.program)
     }
+}
+
+/// Returns the address and the bytes of a robot's settings, if there are any.
+fn settings(robot: &Robot, assignments: &[String]) -> Result<Option<(u32, Vec<u8>)>> {
+    robot.settings_content(assignments).map_err(|error| anyhow!("{error}\n      {}", error.help()))
 }
 
 /// Compiles a script for a robot, with the libraries of `lib`.

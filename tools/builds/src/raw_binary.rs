@@ -6,6 +6,8 @@
 //! scripts and id, as erased flash. It covers both sectors of the scripts' log: with an old script
 //! in the second sector the robot could run that one.
 //!
+//! A file with an id covers the settings, which it erases if none are given: they lie before it.
+//!
 //! The bootloader does not check the pages that it writes, so the file has a checksum that the
 //! firmware checks at its start (firmware/crazyflie/src/complete.rs). Scripts and id have checks of
 //! their own.
@@ -75,9 +77,17 @@ pub enum RawBinaryError {
     NoId,
 }
 
+/// The data of the individual robot.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Individual {
+    /// The address of the settings and their bytes.
+    pub settings: Option<(u32, Vec<u8>)>,
+    pub id: Option<u16>,
+}
+
 /// Returns the content of the flash from [`PROGRAM`] on, up to the last byte of an ELF file's
-/// segments and of the id. Bytes that belong to neither are erased.
-pub fn content(elf: &[u8], layout: &Layout, id: Option<u16>) -> Result<Vec<u8>, RawBinaryError> {
+/// segments and of the robot's data. Bytes that belong to neither are erased.
+pub fn content(elf: &[u8], layout: &Layout, robot: &Individual) -> Result<Vec<u8>, RawBinaryError> {
     let mut flash = Vec::new();
     let mut starts_at_program = false;
     let mut end = PROGRAM;
@@ -95,7 +105,10 @@ pub fn content(elf: &[u8], layout: &Layout, id: Option<u16>) -> Result<Vec<u8>, 
         return Err(RawBinaryError::WrongStart);
     }
     add_checksum(&mut flash, (end - PROGRAM) as usize);
-    if let Some(id) = id {
+    if let Some((address, bytes)) = &robot.settings {
+        put(&mut flash, *address, bytes)?;
+    }
+    if let Some(id) = robot.id {
         let region = layout.id.ok_or(RawBinaryError::NoId)?;
         put(&mut flash, region.address, &Layout::id_section(id))?;
     }
@@ -195,7 +208,7 @@ mod tests {
     }
 
     fn made(segments: &[(u32, &[u8])], id: Option<u16>) -> Result<Vec<u8>, RawBinaryError> {
-        content(&elf(elf::EM_ARM, segments), &layout(), id)
+        content(&elf(elf::EM_ARM, segments), &layout(), &Individual { settings: None, id })
     }
 
     const VECTORS: (u32, &[u8]) = (PROGRAM, &[1; 44]);
@@ -226,8 +239,28 @@ mod tests {
         assert!(flash[44..start].iter().all(|byte| *byte == 0xff));
         assert_eq!(made(&[VECTORS], None).unwrap().len(), 44);
         let layout = Layout { id: None, ..layout() };
-        let refused = content(&elf(elf::EM_ARM, &[VECTORS]), &layout, Some(7));
+        let refused = content(
+            &elf(elf::EM_ARM, &[VECTORS]),
+            &layout,
+            &Individual { id: Some(7), settings: None },
+        );
         assert_eq!(refused, Err(RawBinaryError::NoId));
+    }
+
+    /// A file without them leaves the sectors of settings and id as they are.
+    #[test]
+    fn settings_are_at_their_address_and_only_if_some_are_given() {
+        let robot = bittybuzz_robot_files::find("crazyflie").unwrap();
+        let settings = robot.settings_content(&["height_mm=2000".to_owned()]).unwrap();
+        let elf = elf(elf::EM_ARM, &[VECTORS, (layout().script.address, &[5; 8])]);
+        let made = |settings, id| content(&elf, &layout(), &Individual { settings, id }).unwrap();
+        let start = (layout().settings.unwrap().address - PROGRAM) as usize;
+        assert!(made(None, None).len() < start);
+        let flash = made(settings.clone(), None);
+        let [[a, b], [c, d]] = [2000_u16.to_le_bytes(), (!2000_u16).to_le_bytes()];
+        assert_eq!(flash[start..][8..12], [a, b, c, d]);
+        assert_eq!(flash.len(), start + 7 * 4);
+        assert!(made(settings, Some(7)).starts_with(&flash));
     }
 
     #[test]
@@ -246,7 +279,7 @@ mod tests {
 
     #[test]
     fn other_files_are_refused() {
-        let refused = |file: &[u8]| content(file, &layout(), None).unwrap_err();
+        let refused = |file: &[u8]| content(file, &layout(), &Individual::default()).unwrap_err();
         assert_eq!(refused(b":00000001FF"), RawBinaryError::NotArm);
         assert_eq!(refused(&elf(elf::EM_AVR, &[VECTORS])), RawBinaryError::NotArm);
     }

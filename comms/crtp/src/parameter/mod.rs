@@ -50,21 +50,24 @@ pub struct ParameterChange {
 #[derive(Clone, Debug)]
 pub struct Parameters {
     values: [Value; Parameter::COUNT],
+    /// The least and the greatest value that a ground station may write.
+    ranges: [(f32, f32); Parameter::COUNT],
 }
 
 impl Default for Parameters {
     fn default() -> Self {
-        let mut values = [Value::Float(0.0); Parameter::COUNT];
-        for (value, parameter) in values.iter_mut().zip(Parameter::ALL) {
-            *value = first(*parameter);
+        let mut parameters = Parameters {
+            values: [Value::Float(0.0); Parameter::COUNT],
+            ranges: [(0.0, 0.0); Parameter::COUNT],
+        };
+        for parameter in Parameter::ALL {
+            if let Some(range) = parameters.ranges.get_mut(*parameter as usize) {
+                *range = parameter.range();
+            }
+            parameters.set(*parameter, Value::Float(parameter.first()));
         }
-        Parameters { values }
+        parameters
     }
-}
-
-/// Returns the value of a parameter after power-on.
-fn first(parameter: Parameter) -> Value {
-    converted(parameter, Value::Float(parameter.first()))
 }
 
 /// Returns a value in the type of a parameter.
@@ -85,6 +88,34 @@ impl Parameters {
         if let Some(slot) = self.values.get_mut(parameter as usize) {
             *slot = converted(parameter, value);
         }
+    }
+
+    /// Gives a limit of the flight a bound of the robot's owner. No ground station loosens it, also on
+    /// the ground. A bound outside of the parameter's range counts as the nearest in it.
+    ///
+    /// Parameters that are no limits stay as they are.
+    pub fn bound(&mut self, parameter: Parameter, bound: f32) {
+        let (least, most) = parameter.range();
+        let bound = bound.max(least).min(most);
+        let range = match parameter.access() {
+            Access::UpperLimit => (least, bound),
+            Access::LowerLimit => (bound, most),
+            Access::ReadOnly | Access::Always | Access::OnGround => return,
+        };
+        if let Some(slot) = self.ranges.get_mut(parameter as usize) {
+            *slot = range;
+        }
+        self.set(parameter, self.first(parameter));
+    }
+
+    /// Returns the value of a parameter after power-on.
+    fn first(&self, parameter: Parameter) -> Value {
+        let (least, most) = self.range(parameter);
+        converted(parameter, Value::Float(parameter.first().max(least).min(most)))
+    }
+
+    fn range(&self, parameter: Parameter) -> (f32, f32) {
+        self.ranges.get(parameter as usize).copied().unwrap_or_else(|| parameter.range())
     }
 
     /// Handles a packet of port 2.
@@ -163,7 +194,7 @@ impl Parameters {
             Access::LowerLimit if is_flying && number < before => return Err(Refusal::Loosened),
             _ => {}
         }
-        let (least, most) = parameter.range();
+        let (least, most) = self.range(parameter);
         if !(least..=most).contains(&number) {
             return Err(Refusal::OutOfRange);
         }
@@ -184,7 +215,7 @@ impl Parameters {
                 };
                 let is_new = *command == command::DEFAULT_VALUE_2;
                 let answer = if is_new { answer.with(&[0]) } else { answer };
-                ParameterReaction::answer(with_value(answer, parameter, first(parameter)))
+                ParameterReaction::answer(with_value(answer, parameter, self.first(parameter)))
             }
             // No parameter has an extended type, and none is kept over power-off.
             [

@@ -90,7 +90,7 @@ parameters! {
     HlCommanderGroupmask: "hlCommander" "groupmask" U8 Always 0.0 in 0.0..255.0,
     PosCtlXVelMax: "posCtlPid" "xVelMax" F32 UpperLimit 1.0 in 0.05..1.5,
     PosCtlYVelMax: "posCtlPid" "yVelMax" F32 UpperLimit 1.0 in 0.05..1.5,
-    PosCtlZVelMax: "posCtlPid" "zVelMax" F32 UpperLimit 0.7 in 0.05..0.7,
+    PosCtlZVelMax: "posCtlPid" "zVelMax" F32 UpperLimit 0.5 in 0.05..0.7,
     FenceLeastX: "fence" "leastX" F32 LowerLimit -1000.0 in -1000.0..1000.0,
     FenceLeastY: "fence" "leastY" F32 LowerLimit -1000.0 in -1000.0..1000.0,
     FenceLeastZ: "fence" "leastZ" F32 LowerLimit -1000.0 in -1000.0..1000.0,

@@ -35,6 +35,7 @@ use embassy_stm32::interrupt::typelevel::{Binding, Handler, Interrupt, UART5};
 use crate::bus::Bus;
 use bittybuzz_flight::FlightState;
 use bittybuzz_flight::pilot::PilotSettings;
+use bittybuzz_flight::planner::{FlightLimits, PositionFence};
 use bittybuzz_flight::stack::{FlightStack, StackSettings};
 use bittybuzz_runtime::liveness::Pulse;
 use control::Controller;
@@ -58,13 +59,21 @@ impl Handler<UART5> for Interrupts {
 }
 
 /// Starts the executor and its task. Call this function once.
-pub fn start(bus: Bus, data_ready: DataReady, pulse: Pulse, _irq: impl Binding<UART5, Interrupts>) {
+///
+/// # Parameters
+/// `limits`: the limits of the flight and its fence; the pilot's own and none without them.
+pub fn start(
+    bus: Bus,
+    data_ready: DataReady,
+    limits: Option<(FlightLimits, PositionFence)>,
+    pulse: Pulse,
+    _irq: impl Binding<UART5, Interrupts>,
+) {
     static STACK: StaticCell<FlightStack> = StaticCell::new();
     static COPY: StaticCell<FlightStack> = StaticCell::new();
-    let settings = StackSettings {
-        limits: PilotSettings::CRAZYFLIE.limits,
-        ..StackSettings::CRAZYFLIE_2_1_PLUS
-    };
+    let own = (PilotSettings::CRAZYFLIE.limits, PositionFence::WIDE);
+    let (limits, fence) = limits.unwrap_or(own);
+    let settings = StackSettings { limits, fence, ..StackSettings::CRAZYFLIE_2_1_PLUS };
     // A robot that stands elsewhere adopts the place of its poses.
     let stack = || FlightStack::new(settings, &FlightState::default());
     let controller = Controller::new(STACK.init_with(stack));

@@ -11,9 +11,9 @@ use embassy_time::{Duration, Instant, Timer};
 
 use super::send::send;
 use super::{POSE, STATE};
-use crate::id;
 use crate::robot::{FRAME_BYTES, IN_LONG, IN_QUEUE, Numbers, OUT_LONG, OUT_QUEUE};
 use crate::section::Section;
+use crate::settings;
 use bittybuzz_board::log;
 
 /// The messages that wait for the script, and those that wait for the radio.
@@ -88,7 +88,7 @@ impl SwarmReceiver {
 pub async fn broadcast_messages(robot_id: u16, pulse: Pulse) -> ! {
     // The chip's hash is part of the seed. Robots that have the same id by mistake therefore send
     // at different times, and can detect each other.
-    let rng = Rng::new(id::chip(), robot_id);
+    let rng = Rng::new(settings::chip(), robot_id);
     while !STATE.can_send() {
         pulse.beat();
         Timer::after(BEAT).await;

@@ -1,0 +1,90 @@
+//! Numbers in which one robot differs from others of its kind.
+
+use std::fmt::{Display, Formatter};
+
+use crate::{Layout, Robot};
+
+/// A number in which one robot differs from others of its kind. `bbz flash --set` writes it to
+/// flash, where it survives new scripts and firmware.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// Its name, such as `range_mm`.
+    pub name: String,
+    /// The smallest value.
+    pub least: u16,
+    /// The largest value.
+    pub most: u16,
+    /// One line of help: the meaning, the unit, and the value that is used without the setting.
+    pub help: String,
+}
+
+/// An assignment such as `range_mm=300` that a robot does not take.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SettingError {
+    /// The assignment.
+    pub assignment: String,
+    /// The title of the robot.
+    pub robot: String,
+    /// The settings of the robot, a line each; none if it has no flash for them.
+    pub settings: Vec<String>,
+}
+
+impl SettingError {
+    /// Returns the remedy.
+    pub fn help(&self) -> String {
+        match self.settings.as_slice() {
+            [] => "its robot file has no [[setting]]".to_owned(),
+            settings => settings.join("\n      "),
+        }
+    }
+}
+
+impl Display for SettingError {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the {} cannot be set by `--set {}`", self.robot, self.assignment)
+    }
+}
+
+impl std::error::Error for SettingError {}
+
+impl Robot {
+    /// Returns the address of the settings region and its first bytes for assignments such as
+    /// `range_mm=300`. Settings that are not assigned are erased. Returns `None` without assignments.
+    ///
+    /// # Errors
+    /// The first assignment that names no setting, sets one for the second time, or has a value that is
+    /// no number in its range.
+    pub fn settings_content(
+        &self,
+        assignments: &[String],
+    ) -> Result<Option<(u32, Vec<u8>)>, SettingError> {
+        let Some(first) = assignments.first() else { return Ok(None) };
+        let layout = self.layout.as_ref();
+        let region =
+            layout.and_then(|layout| layout.settings).ok_or_else(|| self.refused(first))?;
+        let mut values = vec![None; self.settings.len()];
+        for assignment in assignments {
+            let assigned = assignment.split_once('=').and_then(|(name, value)| {
+                let mut slots = self.settings.iter().zip(&mut values);
+                let (setting, slot) = slots.find(|(setting, _)| setting.name == name)?;
+                let value = value.parse().ok()?;
+                let is_taken = (setting.least..=setting.most).contains(&value) && slot.is_none();
+                is_taken.then(|| *slot = Some(value))
+            });
+            assigned.ok_or_else(|| self.refused(assignment))?;
+        }
+        Ok(Some((region.address, Layout::settings_section(&values))))
+    }
+
+    fn refused(&self, assignment: &str) -> SettingError {
+        let settings = self.settings.iter().map(|setting| {
+            let Setting { name, least, most, help } = setting;
+            format!("{name}={least} to {name}={most}: {help}")
+        });
+        SettingError {
+            assignment: assignment.to_owned(),
+            robot: self.title.clone(),
+            settings: settings.collect(),
+        }
+    }
+}
