@@ -2,7 +2,7 @@
 //! and the language's conformance. It starts no emulator and no browser.
 
 use anyhow::{Context, Result, ensure};
-use bittybuzz_builds::cargo_test::{EMULATORS, GUIDES, cargo_test};
+use bittybuzz_builds::cargo_test::{self, BBZ, EMULATORS, GUIDES, all_tests};
 use bittybuzz_builds::shell::{Invocation, cargo, root};
 use bittybuzz_builds::test_programs;
 use serde_json::Value;
@@ -60,26 +60,21 @@ pub fn run(arguments: &QuickArguments) -> Result<()> {
     let selected = |names: &BTreeSet<String>| -> Vec<String> {
         names.iter().flat_map(|name| ["--package".to_owned(), name.clone()]).collect()
     };
+    let named = selected(&tested);
+    let named: Vec<&str> = named.iter().map(String::as_str).collect();
     if tested.is_empty() {
         println!("quick: no crate of the root workspace has changed that it tests");
     } else {
-        let named = selected(&tested);
-        let named: Vec<&str> = named.iter().map(String::as_str).collect();
         let lints = ["--all-targets", "--", "-D", "warnings"];
         cargo(&[&["clippy"], &named[..], &lints[..]].concat())?;
-        test_programs::run(&named, &[], &[], || Ok(Vec::new()))?;
+    }
+    // Compiled with the packages that share a build, as this program is, so that both use the same crates.
+    let bbz = cargo_test::bbz()?.display().to_string();
+    if !tested.is_empty() {
+        test_programs::run(&named, &[], &[(BBZ, bbz.as_str())], || Ok(Vec::new()))?;
     }
     if !tested.contains(CONFORMANCE) {
-        cargo_test(&[
-            "--package",
-            CONFORMANCE,
-            "--test",
-            "tests",
-            "--",
-            "conformance::",
-            "language::",
-        ])
-        .run()?;
+        all_tests(&["--test", "tests"], &["conformance::", "language::"]).env(BBZ, &bbz).run()?;
     }
     println!("\nquick: passed for {}", list(&tested));
     for name in &left_out {
