@@ -130,18 +130,29 @@ fn settings_are_written() {
     let both = ["--set", "range_mm=1", "--set", "minimum_duty=24"];
     assert_eq!(probe_rs::bbz(&folder, &[&ZOOIDS[..], &both].concat()).status, Some(0));
     assert_eq!(folder.read("set.bin"), [24, 0, 0xe7, 0xff, 1, 0, 0xfe, 0xff]);
-    for wrong in
-        ["range_mm", "range_mm=", "range_mm=0", "range_mm=65535", "range=1", "minimum_duty=61"]
-    {
+    let range = "the value is no whole number from 1 to ";
+    for (wrong, reason) in [
+        ("range_mm", "it is not of the form NAME=NUMBER"),
+        ("range_mm=", range),
+        ("range_mm=0", range),
+        ("range_mm=65535", range),
+        ("range_mm=-1", range),
+        ("range_mm=1.5", range),
+        ("minimum_duty=61", range),
+        ("range=1", "no setting has this name"),
+        ("=1", "no setting has this name"),
+    ] {
         let outcome = probe_rs::bbz(&folder, &[&ZOOIDS[..], &["--set", wrong]].concat());
         assert_eq!(outcome.status, Some(3));
-        assert!(outcome.stderr.contains(&format!("`--set {wrong}`")), "{}", outcome.stderr);
+        let error = format!("the Zooids cannot be set by `--set {wrong}`: {reason}");
+        assert!(outcome.stderr.contains(&error), "{}", outcome.stderr);
         assert!(outcome.stderr.contains("minimum_duty=1 to minimum_duty=60"), "{}", outcome.stderr);
     }
     let twice = ["--set", "range_mm=1", "--set", "range_mm=2"];
     let outcome = probe_rs::bbz(&folder, &[&ZOOIDS[..], &twice].concat());
     assert_eq!(outcome.status, Some(3));
-    assert!(outcome.stderr.contains("`--set range_mm=2`"), "{}", outcome.stderr);
+    let error = "`--set range_mm=2`: another `--set` gives this setting a value";
+    assert!(outcome.stderr.contains(error), "{}", outcome.stderr);
     let outcome = probe_rs::bbz(&folder, &[&FLASH[..], &["--set", "x=1"]].concat());
     assert_eq!(outcome.status, Some(3));
     assert!(outcome.stderr.contains("height_mm=200 to height_mm=65534"), "{}", outcome.stderr);

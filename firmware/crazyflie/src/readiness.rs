@@ -6,6 +6,7 @@ use crate::decks;
 use crate::decks::fault::DeckFault;
 use crate::flight::fault::SensorRefusal;
 use crate::flight::state;
+use crate::settings;
 
 /// A reason why the robot must not arm.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -18,6 +19,8 @@ pub enum ArmingRefusal {
     Decks(DeckRefusal),
     /// A sensor of a deck is not fit for flight.
     DeckSensor(DeckFault),
+    /// A limit of the flight in flash is damaged.
+    Limits,
 }
 
 impl defmt::Format for ArmingRefusal {
@@ -27,12 +30,19 @@ impl defmt::Format for ArmingRefusal {
             ArmingRefusal::DecksUnknown => defmt::write!(f, "the decks are not known yet"),
             ArmingRefusal::DeckSensor(fault) => defmt::write!(f, "{}", fault),
             ArmingRefusal::Decks(refusal) => defmt::write!(f, "{}", decks::Shown(refusal)),
+            ArmingRefusal::Limits => defmt::write!(
+                f,
+                "a limit of the flight in flash is damaged: `bbz flash --set` writes the limits"
+            ),
         }
     }
 }
 
 /// Returns the first reason why the robot must not arm; `None` if there is none.
 pub fn refusal() -> Option<ArmingRefusal> {
+    if settings::are_limits_damaged() {
+        return Some(ArmingRefusal::Limits);
+    }
     if let Some(refusal) = state::refusal() {
         return Some(ArmingRefusal::Sensors(refusal));
     }

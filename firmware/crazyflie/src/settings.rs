@@ -4,7 +4,7 @@
 use core::hint::black_box;
 
 use bittybuzz_board::log;
-use bittybuzz_runtime::id::{Id, written};
+use bittybuzz_runtime::id::{Id, is_damaged, written};
 use bittybuzz_station::{OwnerLimit, Station};
 use bittybuzz_vm_core::hash::fnv_1a;
 use embassy_stm32::uid;
@@ -36,11 +36,20 @@ pub fn chip() -> u32 {
 /// mm/s.
 pub fn limit(station: &mut Station) {
     for (place, limit, name) in LIMITS {
-        if let Some(number) = written(words(SETTINGS_ADDRESS + place * size_of::<[u16; 2]>())) {
+        if let Some(number) = written(section(place)) {
             log::info!("limit of flight: {=str} at most {=u16}", name, number);
             station.limit(limit, f32::from(number) / 1000.0);
         }
     }
+}
+
+/// Returns true if a limit in flash is damaged, so that the robot does not know how far it may fly.
+pub fn are_limits_damaged() -> bool {
+    LIMITS.iter().any(|(place, ..)| is_damaged(section(*place)))
+}
+
+fn section(place: usize) -> [u16; 2] {
+    words(SETTINGS_ADDRESS + place * size_of::<[u16; 2]>())
 }
 
 fn words(address: usize) -> [u16; 2] {

@@ -30,14 +30,20 @@ impl Id {
 
 /// Returns the number in an id section, which is the number and its complement
 /// (`bittybuzz_robot_spec::Layout::id_section`). Returns `None` if no number was written since the
-/// section was erased.
+/// section was erased, or if it is damaged.
 pub const fn written([number, complement]: [u16; 2]) -> Option<u16> {
     if number == !complement { Some(number) } else { None }
 }
 
+/// Returns true if a section holds no number and is not erased either: power failed while it was written,
+/// or the flash lost a bit.
+pub const fn is_damaged(section: [u16; 2]) -> bool {
+    written(section).is_none() && !matches!(section, [0xffff, 0xffff])
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Id, written};
+    use super::{Id, is_damaged, written};
 
     #[test]
     fn erased_flash_holds_no_number() {
@@ -48,5 +54,19 @@ mod tests {
             assert_eq!(Id::new([id, !id], 5), Id::Assigned(id));
             assert_eq!(Id::new([id, !id ^ 0x10], 0x1234_0005), Id::OfChip(0x1231));
         }
+    }
+    #[test]
+    fn a_section_that_is_neither_erased_nor_written_is_damaged() {
+        assert!(!is_damaged([0xffff, 0xffff]));
+        for number in [0, 1, 700, 0xfffe, 0xffff] {
+            assert!(!is_damaged([number, !number]));
+            for bit in 0..16 {
+                assert!(is_damaged([number ^ 1 << bit, !number]));
+                assert!(is_damaged([number, !number ^ 1 << bit]));
+            }
+        }
+        // The complement is written last, and zero is written over whatever the flash held.
+        assert!(is_damaged([700, 0xffff]));
+        assert!(is_damaged([0, 0]));
     }
 }

@@ -90,7 +90,7 @@ pub use layout::{Layout, Region};
 pub use link::Medium;
 pub use read::is_robot_name;
 pub use sensor::{DistanceUnit, Sensor, SensorKind, SensorReading, SensorValue};
-pub use setting::{Setting, SettingError};
+pub use setting::{Setting, SettingCause, SettingError};
 pub use signature::{PARAMETERS_MAX, Parameter, SignatureType, parameter_at, takes_count};
 pub use trailing::{NoSection, SCRIPT_MARK, find_script_section, script_section};
 pub use value::{

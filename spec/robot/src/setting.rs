@@ -25,8 +25,30 @@ pub struct SettingError {
     pub assignment: String,
     /// The title of the robot.
     pub robot: String,
+    /// The reason.
+    pub cause: SettingCause,
     /// The settings of the robot, a line each; none if it has no flash for them.
     pub settings: Vec<String>,
+}
+
+/// A reason why a robot does not take an assignment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SettingCause {
+    /// The robot has no settings.
+    NoSettings,
+    /// The assignment is no name and value.
+    NoAssignment,
+    /// No setting has this name.
+    UnknownName,
+    /// The value is no whole number in the setting's range.
+    Beyond {
+        /// The smallest value.
+        least: u16,
+        /// The largest value.
+        most: u16,
+    },
+    /// An assignment before it sets the same setting.
+    Repeated,
 }
 
 impl SettingError {
@@ -41,7 +63,16 @@ impl SettingError {
 
 impl Display for SettingError {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the {} cannot be set by `--set {}`", self.robot, self.assignment)
+        write!(f, "the {} cannot be set by `--set {}`: ", self.robot, self.assignment)?;
+        match self.cause {
+            SettingCause::NoSettings => f.write_str("it has no settings"),
+            SettingCause::NoAssignment => f.write_str("it is not of the form NAME=NUMBER"),
+            SettingCause::UnknownName => f.write_str("no setting has this name"),
+            SettingCause::Beyond { least, most } => {
+                write!(f, "the value is no whole number from {least} to {most}")
+            }
+            SettingCause::Repeated => f.write_str("another `--set` gives this setting a value"),
+        }
     }
 }
 
@@ -60,23 +91,31 @@ impl Robot {
     ) -> Result<Option<(u32, Vec<u8>)>, SettingError> {
         let Some(first) = assignments.first() else { return Ok(None) };
         let layout = self.layout.as_ref();
-        let region =
-            layout.and_then(|layout| layout.settings).ok_or_else(|| self.refused(first))?;
+        let region = layout
+            .and_then(|layout| layout.settings)
+            .ok_or_else(|| self.refused(first, SettingCause::NoSettings))?;
         let mut values = vec![None; self.settings.len()];
         for assignment in assignments {
-            let assigned = assignment.split_once('=').and_then(|(name, value)| {
-                let mut slots = self.settings.iter().zip(&mut values);
-                let (setting, slot) = slots.find(|(setting, _)| setting.name == name)?;
-                let value = value.parse().ok()?;
-                let is_taken = (setting.least..=setting.most).contains(&value) && slot.is_none();
-                is_taken.then(|| *slot = Some(value))
-            });
-            assigned.ok_or_else(|| self.refused(assignment))?;
+            self.assign(assignment, &mut values)
+                .map_err(|cause| self.refused(assignment, cause))?;
         }
         Ok(Some((region.address, Layout::settings_section(&values))))
     }
 
-    fn refused(&self, assignment: &str) -> SettingError {
+    fn assign(&self, assignment: &str, values: &mut [Option<u16>]) -> Result<(), SettingCause> {
+        let (name, value) = assignment.split_once('=').ok_or(SettingCause::NoAssignment)?;
+        let mut slots = self.settings.iter().zip(values);
+        let (&Setting { least, most, .. }, slot) =
+            slots.find(|(setting, _)| setting.name == name).ok_or(SettingCause::UnknownName)?;
+        let value = value.parse().ok().filter(|value| (least..=most).contains(value));
+        let value = value.ok_or(SettingCause::Beyond { least, most })?;
+        match slot.replace(value) {
+            None => Ok(()),
+            Some(_) => Err(SettingCause::Repeated),
+        }
+    }
+
+    fn refused(&self, assignment: &str, cause: SettingCause) -> SettingError {
         let settings = self.settings.iter().map(|setting| {
             let Setting { name, least, most, help } = setting;
             format!("{name}={least} to {name}={most}: {help}")
@@ -84,6 +123,7 @@ impl Robot {
         SettingError {
             assignment: assignment.to_owned(),
             robot: self.title.clone(),
+            cause,
             settings: settings.collect(),
         }
     }

@@ -4,7 +4,7 @@ use bittybuzz_emulation::message::ResetCause;
 use bittybuzz_hil::safety::reset;
 use bittybuzz_hil::{Core, RADIO_RAW, Robot, captured_body, frames};
 
-use crate::flight::{arm, firmware_log, last_motion, motions, run_until_logged};
+use crate::flight::{arm, firmware_log, last_motion, motions, run_until_logged, try_to_arm};
 
 /// Rises, and flies beyond every limit.
 const SCRIPT: &str = "\
@@ -66,4 +66,35 @@ fn a_robot_stays_within_the_limits_in_its_flash() {
     }
     let highest_m = flight.iter().map(|motion| motion.position_m[2]).fold(0.0, f64::max);
     assert!(highest_m < 0.75, "{highest_m}");
+}
+
+/// A power cut while limits are written leaves a number without its complement, and old scripts of another
+/// firmware are no limits at all.
+#[test]
+fn a_robot_with_a_damaged_limit_does_not_arm_and_says_what_to_do() {
+    let crazyflie = bittybuzz_robot_files::find("crazyflie").unwrap();
+    let given = ["height_mm=700".to_owned()];
+    let (address, written) = crazyflie.settings_content(&given).unwrap().expect("a setting");
+    let at = written.iter().position(|byte| *byte != 0xff).unwrap();
+    let cut = [&written[..at + 2], &vec![0xff; written.len() - at - 2]].concat();
+    let one_bit = {
+        let mut bytes = written.clone();
+        bytes[at] ^= 1;
+        bytes
+    };
+    for bytes in [cut, one_bit, vec![0; written.len()]] {
+        let mut robot = Robot::crazyflie(Core::Unicorn, SCRIPT);
+        robot.write(address, &bytes);
+        reset(&mut robot, ResetCause::PowerOn);
+        robot.execute(&captured_body(1));
+        robot.run_ms(2_000);
+        assert!(!try_to_arm(&mut robot));
+        robot.run_ms(1_000);
+        let log = firmware_log(&robot);
+        let reason = "the robot does not arm: a limit of the flight in flash is damaged: \
+                      `bbz flash --set` writes the limits";
+        assert!(log.iter().any(|line| line == reason), "{log:?}");
+        let heights: Vec<_> = motions(&robot.events).iter().map(|at| at.position_m[2]).collect();
+        assert!(heights.iter().all(|height| (height - heights[0]).abs() < 0.01), "{heights:?}");
+    }
 }

@@ -89,10 +89,14 @@ pub fn firmware_log(robot: &Robot) -> Vec<String> {
 }
 
 pub fn arm(robot: &mut Robot) {
+    assert!(try_to_arm(robot), "no answer to the command to arm");
+}
+
+/// Sends the command to arm. Returns true if the robot answers that it is armed.
+pub fn try_to_arm(robot: &mut Robot) -> bool {
     robot.send(RADIO_RAW, &ARM);
     robot.run_ms(20);
-    let answer = frames(&robot.events, RADIO_RAW).any(|(_, packet)| packet == [0x9d, 0x81, 1, 1]);
-    assert!(answer, "no answer to the command to arm");
+    frames(&robot.events, RADIO_RAW).any(|(_, packet)| packet == [0x9d, 0x81, 1, 1])
 }
 
 /// A robot that a person armed.
