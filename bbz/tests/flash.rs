@@ -144,7 +144,7 @@ fn settings_are_written() {
     ] {
         let outcome = probe_rs::bbz(&folder, &[&ZOOIDS[..], &["--set", wrong]].concat());
         assert_eq!(outcome.status, Some(3));
-        let error = format!("the Zooids cannot be set by `--set {wrong}`: {reason}");
+        let error = format!("the Zooid cannot be set by `--set {wrong}`: {reason}");
         assert!(outcome.stderr.contains(&error), "{}", outcome.stderr);
         assert!(outcome.stderr.contains("minimum_duty=1 to minimum_duty=60"), "{}", outcome.stderr);
     }
