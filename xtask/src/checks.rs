@@ -28,14 +28,18 @@ const MINUTES: u32 = 16;
 const SEEDS: &str = "0..100";
 
 /// Runs the tests on this computer, and those of the robots' firmware on the faster emulated
-/// processor.
+/// processor, but for the longest.
 pub fn test() -> Result<()> {
     setup::run()?;
     println!(
         "The tests follow: {MINUTES} minutes on two cores the first time, with all that is built."
     );
     let settings = [("BITTYBUZZ_SEEDS", SEEDS), (FIGURES, CHECK)];
-    test_programs::run(&shared_packages(), &SKIP_SLOW, &settings, build_images)
+    test_programs::run(&shared_packages(), &SKIP_SLOW, &settings, build_images)?;
+    let skipped = SKIP_SLOW.iter().filter(|word| **word != "--skip");
+    let skipped: Vec<&str> = skipped.copied().collect();
+    println!("left out: {}, which `cargo xtask ci tests` runs", skipped.join(", "));
+    Ok(())
 }
 
 /// Builds the robots' images from the current sources. Returns the variables that pass them to the

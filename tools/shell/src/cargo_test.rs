@@ -5,8 +5,20 @@ use anyhow::Result;
 use std::env::consts::EXE_SUFFIX;
 use std::path::PathBuf;
 
-/// Arguments that skip the tests on the slower emulated processors.
-pub const SKIP_SLOW: [&str; 2] = ["--skip", "qemu"];
+/// Arguments that skip tests which take long and seldom fail alone: those on the slower emulated processor,
+/// and four tests of `tests/hil` that keep a processor busy for 170 s together.
+pub const SKIP_SLOW: [&str; 10] = [
+    "--skip",
+    "qemu",
+    "--skip",
+    "barriers::crazyflies_pass_as_fast",
+    "--skip",
+    "battery::a_battery_that_runs_down",
+    "--skip",
+    "forged::a_crazyflie_survives",
+    "--skip",
+    "slices::slices_of_a_crazyflie",
+];
 
 /// The package whose integration test carries out the guides. It compiles a copy of the repository,
 /// so it is a step of its own.
