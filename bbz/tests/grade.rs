@@ -174,8 +174,10 @@ fn scripts_include_files_of_the_assignment_alone() {
     let secret = Folder::with("grade-secret", "secret.bzz", "root:x:0:0:root\n");
     let absolute = fs::canonicalize(secret.path("secret.bzz")).unwrap();
     let absolute = format!("include \"{}\"\n{SOLUTION}", absolute.display());
-    let [relative, near] = ["../grade-secret/secret.bzz", "near/hop.bzz"]
-        .map(|path| format!("include \"{path}\"\n{SOLUTION}"));
+    let include = |path: &str| format!("include \"{path}\"\n{SOLUTION}");
+    let [relative, near] = ["../grade-secret/secret.bzz", "near/hop.bzz"].map(include);
+    let [helper, spelled] = ["helper.bzz", "./near/../helper.bzz"].map(include);
+    let solution = "include \"near/solution.bzz\"\n".to_owned();
     let library = format!("include \"vec2.bzz\"\n{SOLUTION}");
     let ada = hand_in("Ada", SOLUTION);
     let with = |script: &str| {
@@ -189,24 +191,114 @@ fn scripts_include_files_of_the_assignment_alone() {
             ("b.json", &with(&relative)),
             ("c.json", &with(&near)),
             ("d.json", &with(&library)),
+            ("e.json", &with(&solution)),
+            ("f.json", &with(&helper)),
+            ("g.json", &with(&spelled)),
         ],
     );
     fs::create_dir(folder.path("near")).unwrap();
     folder.write("near/hop.bzz", "HOP = 1\n");
+    folder.write("near/solution.bzz", SOLUTION);
+    folder.write("helper.bzz", "HELP = 1\n");
+    folder.write("hops.bzz", format!("include \"helper.bzz\"\n{START}"));
     let outcome = folder.bbz(&["grade", "."]);
     assert!(!outcome.stdout.contains("root"), "{}", outcome.stdout);
     for part in [
         "a.json: does not run\n    ./hops.bzz:1:1: there is no file",
         "b.json: does not run\n    ./hops.bzz:1:1: there is no file",
-        "c.json: Ada: 6 of 6 held",
+        "c.json: does not run\n    it includes `near/hop.bzz`, which is no part of the assignment\n",
         "d.json: Ada: 6 of 6 held",
+        "e.json: does not run\n    it includes `near/solution.bzz`, which is no part of the assignment\n",
+        "f.json: Ada: 6 of 6 held",
+        "g.json: Ada: 6 of 6 held",
     ] {
         assert!(outcome.stdout.contains(part), "{part}:\n{}", outcome.stdout);
     }
     // Folders of `-I` are the choice of the person who grades.
+    let outcome = folder.bbz(&["grade", ".", "-I", "near"]);
+    assert!(outcome.stdout.contains("c.json: Ada: 6 of 6 held"), "{}", outcome.stdout);
     let secret = secret.path(".").display().to_string();
     let outcome = folder.bbz(&["grade", ".", "-I", &secret]);
     assert!(outcome.stdout.contains("secret.bzz:1:5: "), "{}", outcome.stdout);
+}
+
+/// People read the script with the name that they know, and the other one would run.
+#[test]
+fn two_spellings_of_a_script_are_refused() {
+    let ada = hand_in("Ada", SOLUTION);
+    let mut results = Vec::new();
+    for (file, name) in [
+        ("a.json", "./hops.bzz"),
+        ("b.json", "near/../hops.bzz"),
+        ("c.json", "../grade-spellings/hops.bzz"),
+        ("d.json", "HOPS.bzz"),
+    ] {
+        let harmless = TextFile::new("hops.bzz".to_owned(), START.to_owned());
+        let hidden = TextFile::new(name.to_owned(), SOLUTION.to_owned());
+        for scripts in [vec![hidden.clone(), harmless.clone()], vec![harmless, hidden]] {
+            results.push((file, HandIn { scripts, ..ada.clone() }.text()));
+        }
+    }
+    for (file, text) in results {
+        let folder = folder("grade-spellings", &[(file, &text)]);
+        fs::create_dir(folder.path("near")).unwrap();
+        for line in [&["grade", "."][..], &["grade", ".", "--scenario", "hops.toml"]] {
+            let outcome = folder.bbz(line);
+            let (status, text) = (outcome.status, &outcome.stdout);
+            assert_eq!(status, Some(1), "{text}");
+            assert!(text.contains(&format!("{file}: does not run\n    ")), "{text}");
+            assert!(text.contains(" twice\n") || text.contains("no robot of the"), "{text}");
+        }
+    }
+}
+
+/// Comments, spaces and functions that nothing calls do not make a script another one.
+#[test]
+fn copies_are_found_by_the_programs_that_run() {
+    let copied = format!("# My own work.\n\n{}", SOLUTION.replace("  ", "     "));
+    let padded = format!("{SOLUTION}\nfunction unused() {{ return 1 }}\n");
+    let all = [SOLUTION, &copied, START, &padded].map(|script| hand_in("Ada", script).text());
+    let names = ["a.json", "b.json", "c.json", "d.json"];
+    let results: Vec<_> = names.into_iter().zip(all.iter().map(String::as_str)).collect();
+    let folder = folder("grade-copies", &results);
+    let json = folder.bbz(&["grade", ".", "--json"]).stdout;
+    let same = |names: &str| json.matches(&format!("\"same_scripts\":[{names}]")).count();
+    for others in ["\"b.json\",\"d.json\"", "\"a.json\",\"d.json\"", "", "\"a.json\",\"b.json\""] {
+        assert_eq!(same(others), 1, "{others}: {json}");
+    }
+}
+
+#[test]
+fn a_table_has_a_line_for_each_result_and_a_column_for_each_expectation() {
+    let ada = hand_in("Ada \"the\" first, and only", SOLUTION);
+    let ben = hand_in("=HYPERLINK(\"x\")", START);
+    let results = [("a.json", ada.text()), ("b.json", ben.text()), ("c.json", "{}".to_owned())];
+    let folder = folder("grade-csv", &results.each_ref().map(|(name, text)| (*name, &**text)));
+    let outcome = folder.bbz(&["grade", ".", "--csv", "marks.csv"]);
+    assert!(outcome.stdout.contains("6 of 6 held"), "{}", outcome.stdout);
+    let table = String::from_utf8(folder.read("marks.csv")).unwrap();
+    let lines: Vec<&str> = table.split("\r\n").collect();
+    let expectations = "source,next,last,moved,stays,turned";
+    let title = format!(
+        "file,by,runs,success,held,expectations,{expectations},digest,as_handed_in,same_scripts,reason"
+    );
+    let first = format!(
+        "a.json,\"Ada \"\"the\"\" first, and only\",true,true,6,6,true,true,true,true,true,true,{},true,,",
+        ada.digest
+    );
+    let second = format!(
+        "b.json,\"'=HYPERLINK(\"\"x\"\")\",true,false,1,6,true,false,false,false,false,false,{},true,,",
+        ben.digest
+    );
+    assert_eq!(lines[..3], [title, first, second]);
+    assert!(lines[3].starts_with("c.json,,false,,,,,,,,,,,,,it is no result"), "{}", lines[3]);
+    assert_eq!(lines[4..], [""]);
+    // Nothing that is read is overwritten.
+    for name in ["a.json", "hops.toml", "hops.bzz"] {
+        let before = folder.read(name);
+        folder.bbz(&["grade", ".", "--csv", name]).fails_with(3, &[name]);
+        assert_eq!(folder.read(name), before);
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Writes images in the format of `docs/image-format.md`.
 
 use std::fmt;
+use std::ops::Range;
 
 use bittybuzz_vm_core::builtin::Feature;
 use bittybuzz_vm_core::image::{
@@ -19,6 +20,18 @@ pub const ENTRIES: [&str; 4] = ["init", "step", "reset", "destroy"];
 
 /// The maximum size of an image in bytes.
 pub const BYTES_MAX: usize = 0xff00;
+
+/// The hash of the script's text in an image, after magic, form and features.
+const SCRIPT_HASH: Range<usize> = 3..7;
+
+/// Returns an image without the hash of its script's text. Scripts that differ in comments and spaces
+/// alone have equal ones.
+pub fn without_script_hash(mut image: Vec<u8>) -> Vec<u8> {
+    if let Some(hash) = image.get_mut(SCRIPT_HASH) {
+        hash.fill(0);
+    }
+    image
+}
 
 /// A row of the library table, which maps a member of a library to a built-in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

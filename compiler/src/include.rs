@@ -8,7 +8,7 @@ use std::collections::HashSet;
 use std::io;
 use std::path::{Path, PathBuf};
 
-pub use files::{DiskFiles, FileKind, Files, MemoryFiles, OverlaidFiles};
+pub use files::{DiskFiles, FileKind, Files, MemoryFiles, OverlaidFiles, normal};
 pub use loader::{IncludeLoader, LIBRARY_FOLDER};
 
 use crate::codes::DiagnosticCode;

@@ -39,6 +39,7 @@ pub fn sha256(text: &str) -> String {
 
 /// The result of an expectation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct ExpectationVerdict {
     /// The name of the expectation, if it has one.
     pub name: Option<String>,

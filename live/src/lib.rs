@@ -36,6 +36,7 @@
 //! | `{"explain":{"code":"E0201"}}` | an event has the explanation of a message of the compiler, in Markdown |
 //! | `{"sweep":{"key":"medium.ir.loss","values":["0","0.3"],"seeds":5,"quantity":"led"}}` | trials next to the session: the scenario from its start with the last drafts, each value with that number of seeds; the key may be a global, as `global.JOIN` |
 //! | `{"hand_in":{"by":"Ada","texts":{"walk.bzz":"…"}}}` | a trial whose result is an event with a file for `bbz grade`, if the run began with these texts |
+//! | `{"grade":{"files":{"ada.json":"…"}}}` | trials of files that were handed in, whose result is an event with their marks |
 //! | `"stop_trials"` | trials that were not finished are given up |
 //! | `{"stop_on_error":{"on":true}}` | the run pauses at the end of a tick in which a script has a fault, and an event names the robot and the reason; on from the start in a scenario with an assignment |
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
@@ -65,6 +66,7 @@ mod defect;
 mod edit;
 mod events;
 mod faults;
+mod grading;
 mod hand_in;
 mod inspection;
 mod live;
@@ -86,6 +88,7 @@ mod workshop;
 
 pub use compiler_message::CompilerMessage;
 pub use defect::Defect;
+pub use grading::{Assignment, Graded, Mark, Results, marks_csv};
 pub use hand_in::{HandIn, TextFile, sha256};
 pub use live::Live;
 pub use page_event::{DefectEvent, PageEvent};

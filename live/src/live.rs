@@ -16,6 +16,7 @@ use crate::conditions;
 use crate::edit::{self, EditError, NewRun};
 use crate::events::{self, EventCollector};
 use crate::faults;
+use crate::grading::Assignment;
 use crate::hand_in::{HandIn, TextFile};
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
@@ -26,7 +27,7 @@ use crate::page_event::{
 use crate::request::{Request, Texts};
 use crate::samples::Samples;
 use crate::source::Source;
-use crate::trials::{self, TrialPurpose, Trials, Variant};
+use crate::trials::{self, Grading, TrialPurpose, Trials, Variant};
 use crate::unsaved::{Unsaved, UnsavedStore};
 use crate::watch::Watch;
 use crate::workshop::{Drafts, Workshop};
@@ -201,6 +202,7 @@ impl Live {
                 let hand_in = self.hand_in(by, &texts);
                 return self.start_trials(hand_in);
             }
+            Request::Grade { files } => return self.grade(files),
             Request::StopTrials => {
                 self.trials = None;
                 self.events.push(PageEvent::Trials(TrialsEvent { percent: 100 }));
@@ -428,6 +430,34 @@ impl Live {
         let (seed, setup) = (scenario.world.seed, Arc::new(setup));
         let variant = Variant { value: None, setup };
         Ok(Trials::new(TrialPurpose::HandIn(Box::new(hand_in)), vec![variant], vec![seed]))
+    }
+
+    /// Starts the trials of hand-ins, of which the scenario decides with which the session was opened.
+    fn grade(&mut self, files: Texts) {
+        let mut grading = match self.grading(files) {
+            Ok(grading) => grading,
+            Err(reason) => return self.refuse(&reason, None),
+        };
+        let variants = grading.variants();
+        let Some(Variant { setup, .. }) = variants.first() else {
+            return self.events.push(grading.marks());
+        };
+        let seeds = vec![setup.scenario.world.seed];
+        self.start_trials(Ok(Trials::new(TrialPurpose::Grade(grading), variants, seeds)));
+    }
+
+    fn grading(&self, files: Texts) -> Result<Grading, String> {
+        let drafts = self.drafts.as_ref().ok_or(NO_TRIALS)?;
+        let (count, max) = (files.len(), trials::TRIALS_MAX);
+        if count > max {
+            return Err(format!(
+                "{count} results are more than {max}: `bbz grade` has no such limit"
+            ));
+        }
+        let assignment = Assignment::new(drafts.workshop(), &self.opened)
+            .map_err(|errors| format!("the assignment does not run: {}", errors.trim_end()))?;
+        let files = files.into_iter().map(|(name, text)| (name, assignment.prepare(&text)));
+        Ok(Grading { files: files.collect(), results: Vec::new() })
     }
 
     fn start_trials(&mut self, trials: Result<Trials, String>) {

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::compiler_message::CompilerMessage;
 use crate::controls::{Control, ControlProblem};
+use crate::grading::Mark;
 use crate::inspection::MemoryDescription;
 use crate::request::Texts;
 use crate::words::Word;
@@ -61,6 +62,8 @@ pub enum PageEvent {
     Trial(TrialEvent),
     /// A file to hand in.
     Result(ResultEvent),
+    /// The marks of hand-ins.
+    Marks(MarksEvent),
     /// The run started from the beginning, as the client requested.
     Began,
     /// A request was not carried out.
@@ -542,6 +545,15 @@ pub struct TrialEvent {
     pub since: Vec<Option<f64>>,
     /// The quantity of each robot at the end; `None` if no quantity is measured.
     pub numbers: Option<Vec<Option<f64>>>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MarksEvent {
+    /// The marks, in the order of the files.
+    pub marks: Vec<Mark>,
+    /// The marks as a table.
+    pub csv: String,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -139,6 +139,12 @@ pub enum Request {
         /// The texts that the client shows. If the run is not one of these texts, nothing is handed in.
         texts: Texts,
     },
+    /// Runs files that were handed in again, in the scenario with which the session was opened. The
+    /// result is an event with the marks.
+    Grade {
+        /// The texts of the files, by their names.
+        files: Texts,
+    },
     /// Cancels the trials that have not finished.
     StopTrials,
 }

@@ -7,8 +7,9 @@ use bittybuzz_arena::run::{Setup, Simulation};
 use bittybuzz_arena::scenario::Quantity;
 
 use crate::events::verdict;
+use crate::grading::{Graded, Prepared, Results, marks_csv};
 use crate::hand_in::{HandIn, seconds};
-use crate::page_event::{PageEvent, ResultEvent, TrialEvent, TrialsEvent};
+use crate::page_event::{MarksEvent, PageEvent, ResultEvent, TrialEvent, TrialsEvent};
 
 /// The greatest number of trials. A page is for quick experiments; `bbz sim --runs` makes larger
 /// tables.
@@ -28,6 +29,46 @@ pub enum TrialPurpose {
     Sweep(Option<Quantity>),
     /// The result of the only trial is handed in.
     HandIn(Box<HandIn>),
+    /// Hand-ins run again. The last trial makes an event with the marks of all of them.
+    Grade(Grading),
+}
+
+/// Hand-ins that are graded.
+pub struct Grading {
+    /// The files by name. Those that compile have a variant each, in the same order.
+    pub files: Vec<(String, Result<Prepared, String>)>,
+    /// The results of the trials that have ended.
+    pub results: Vec<Result<Graded, String>>,
+}
+
+impl Grading {
+    /// Returns a variant for each file that compiles.
+    pub fn variants(&self) -> Vec<Variant> {
+        let prepared = self.files.iter().filter_map(|(_, prepared)| prepared.as_ref().ok());
+        prepared.map(|one| Variant { value: None, setup: one.setup().clone() }).collect()
+    }
+
+    /// Returns the hand-in of the trial that runs.
+    fn current(&self) -> &Prepared {
+        let mut prepared = self.files.iter().filter_map(|(_, prepared)| prepared.as_ref().ok());
+        prepared.nth(self.results.len()).expect("each variant is a hand-in that compiles")
+    }
+
+    /// Returns the marks of all files, once the trials of those that compile have ended.
+    pub fn marks(&mut self) -> PageEvent {
+        let mut results = Results::default();
+        let mut ran = self.results.drain(..);
+        for (file, prepared) in &self.files {
+            let result = match prepared {
+                Err(reason) => Err(reason.clone()),
+                Ok(_) => ran.next().expect("its trial has ended"),
+            };
+            results.add(file.clone(), result);
+        }
+        let marks = results.marks();
+        let csv = marks_csv(&marks);
+        PageEvent::Marks(MarksEvent { marks, csv })
+    }
 }
 
 /// Trials in progress.
@@ -80,19 +121,18 @@ impl Trials {
         let (number, count, seeds) = (self.done, self.count(), self.seeds.len());
         let variant = self.variants.get(number / seeds).expect("a trial has not ended");
         let seed = self.seeds[number % seeds];
-        let run = match &mut self.run {
-            Some(run) => run,
-            none => {
-                let run = Simulation::new(variant.setup.clone(), seed, 1);
-                none.insert(run.map_err(|error| error.to_string())?)
+        let is_over = match advance(&mut self.run, variant, seed) {
+            Ok(is_over) => is_over,
+            Err(reason) => {
+                // A hand-in whose run cannot go on does not keep the others from being graded.
+                let TrialPurpose::Grade(grading) = &mut self.purpose else { return Err(reason) };
+                grading.results.push(Err(reason));
+                self.end_trial(events);
+                return Ok(());
             }
         };
-        if !run.is_over() {
-            run.tick().map_err(|error| error.to_string())?;
-            run.take_log();
-            return Ok(());
-        }
-        let result = match &self.purpose {
+        let Some(run) = self.run.as_mut().filter(|_| is_over) else { return Ok(()) };
+        let result = match &mut self.purpose {
             TrialPurpose::Sweep(quantity) => {
                 sweep(run, (number, count), variant, quantity.as_ref())
             }
@@ -107,11 +147,26 @@ impl Trials {
                     success: hand_in.success,
                 })
             }
+            TrialPurpose::Grade(grading) => {
+                let graded = grading.current().result(run);
+                grading.results.push(Ok(graded));
+                self.end_trial(events);
+                return Ok(());
+            }
         };
         events.push(result);
+        self.end_trial(events);
+        Ok(())
+    }
+
+    /// Goes on to the next trial. After the last one, the marks of hand-ins are known.
+    fn end_trial(&mut self, events: &mut Vec<PageEvent>) {
         self.run = None;
         self.done += 1;
-        Ok(())
+        let is_last = self.done == self.count();
+        if let (TrialPurpose::Grade(grading), true) = (&mut self.purpose, is_last) {
+            events.push(grading.marks());
+        }
     }
 
     fn add_progress(&mut self, events: &mut Vec<PageEvent>) {
@@ -123,6 +178,23 @@ impl Trials {
             events.push(PageEvent::Trials(TrialsEvent { percent }));
         }
     }
+}
+
+/// Simulates a tick of a trial, which begins if there is no run. Returns true if it was over before.
+fn advance(run: &mut Option<Simulation>, variant: &Variant, seed: u32) -> Result<bool, String> {
+    let run = match run {
+        Some(run) => run,
+        none => {
+            let run = Simulation::new(variant.setup.clone(), seed, 1);
+            none.insert(run.map_err(|error| error.to_string())?)
+        }
+    };
+    if run.is_over() {
+        return Ok(true);
+    }
+    run.tick().map_err(|error| error.to_string())?;
+    run.take_log();
+    Ok(false)
 }
 
 /// Returns the event of a trial that has ended.

@@ -1,10 +1,12 @@
 """The playground, from a web server that only has files. SITE names its folder, BBZ the program."""
 
 import functools
+import hashlib
 import http.server
 import json
 import math
 import os
+import pathlib
 import re
 import shutil
 import subprocess
@@ -359,3 +361,38 @@ def test_flying_robots_are_shown_in_3d(page):
     (x, y, z), (to_x, to_y, to_z) = ([float(number) for number in re.findall(r"-?[0-9.]+", text)[:3]] for text in (before, place.inner_text()))
     assert abs(math.hypot(to_x - x, to_y - y) - 40 / pixels) < 60
     assert abs(to_z - z) < 30
+
+
+def test_results_that_are_dropped_on_the_page_are_graded(page):
+    choose(page, "examples/lessons/hops.toml")
+    expect(page.locator("#grading")).to_be_hidden()
+    page.locator("#tab-tests").click()
+    page.get_by_label("Your name").fill("Ben")
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Hand in").click()
+    ben = json.loads(download.value.path().read_text())
+
+    def with_text(by, text):
+        script = {**ben["scripts"][0], "text": text, "sha256": hashlib.sha256(text.encode()).hexdigest()}
+        return json.dumps({**ben, "by": by, "scripts": [script]})
+
+    solution = pathlib.Path("examples/lessons/solutions/hops.bzz").read_text()
+    included = "include \"solutions/hops.bzz\"\n"
+    files = {"ada.json": with_text("Ada", solution), "ben.json": json.dumps(ben), "eve.json": with_text("Eve", included)}
+    files["fay.json"] = with_text("Fay", f"# My own.\n{solution}")
+    dropped = page.evaluate_handle(
+        """(files) => {
+            const data = new DataTransfer();
+            Object.entries(files).forEach(([name, text]) => data.items.add(new File([text], name)));
+            return data;
+        }""",
+        files,
+    )
+    page.dispatch_event("body", "drop", {"dataTransfer": dropped})
+    rows = page.locator("#grading tbody tr")
+    expect(rows).to_have_count(4, timeout=60_000)
+    marks = [row.locator("td").all_inner_texts() for row in rows.all()]
+    assert [mark[:3] for mark in marks[:2]] == [["ada.json", "Ada", "6 of 6"], ["ben.json", "Ben", "1 of 6"]]
+    assert "the same scripts as fay.json" in marks[0][3]
+    assert marks[2][:3] == ["eve.json", "", "does not run"]
+    assert marks[3][1:3] == ["Fay", "6 of 6"]

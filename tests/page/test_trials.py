@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import subprocess
 
 import pytest
@@ -108,3 +109,14 @@ def test_a_hand_in_is_graded(page, session, tmp_path):
     result = json.loads(graded.stdout)["results"][0]
     assert (result["by"], result["as_handed_in"]) == ("Ada", True), graded.stderr
     assert [one["held"] for one in result["expectations"]] == [False, True]
+    # The page grades the same file, next to one that is none.
+    (folder / "none.json").write_text("{}")
+    page.locator("#grading input").set_input_files([folder / "heard-ada.json", folder / "none.json"])
+    cells = page.locator("#grading tbody td")
+    error = "it is no result of an assignment: missing field `bittybuzz` at line 1 column 2"
+    reason = "it was handed in with another scenario"
+    expect(cells).to_have_text(["heard-ada.json", "Ada", re.compile(" of "), reason, "none.json", "", "does not run", error])
+    with page.expect_download() as download:
+        page.locator("#grading").get_by_role("button", name="Save as table").click()
+    assert download.value.suggested_filename == "marks.csv"
+    assert download.value.path().read_text().startswith("file,by,runs,success,held,expectations,")

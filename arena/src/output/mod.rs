@@ -11,5 +11,5 @@ mod trajectories;
 
 pub use chart::chart;
 pub use history::History;
-pub use table::{RunRow, RunTable, quartiles};
+pub use table::{RunRow, RunTable, csv_line, quartiles};
 pub use trajectories::trajectories;

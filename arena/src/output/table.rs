@@ -30,19 +30,20 @@ impl RunTable {
     pub fn to_csv(&self) -> String {
         let names = ["seed".to_owned()].into_iter().chain(self.parameters.iter().cloned());
         let last = ["error".to_owned()];
-        let mut text = line(names.chain(self.metrics.iter().cloned()).chain(last));
+        let mut text = csv_line(names.chain(self.metrics.iter().cloned()).chain(last));
         for row in &self.rows {
             let metrics = row.metrics.iter();
             let metrics = metrics.map(|metric| metric.map_or(String::new(), |m| m.to_string()));
             let error = row.error.clone().unwrap_or_default();
             let cells = [row.seed.to_string()].into_iter().chain(row.parameters.iter().cloned());
-            text.push_str(&line(cells.chain(metrics).chain([error])));
+            text.push_str(&csv_line(cells.chain(metrics).chain([error])));
         }
         text
     }
 }
 
-fn line(cells: impl Iterator<Item = String>) -> String {
+/// Returns a line of CSV (RFC 4180) with these cells.
+pub fn csv_line(cells: impl Iterator<Item = String>) -> String {
     let quoted = cells.map(|cell| match cell.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),
         false => cell,

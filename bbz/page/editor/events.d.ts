@@ -177,6 +177,29 @@ number: number, verdict: VerdictName,
  */
 tick: number | null, };
 
+export type ExpectationVerdict = { 
+/**
+ * The name of the expectation, if it has one.
+ */
+name: string | null, 
+/**
+ * The expectation in words.
+ */
+text: string, 
+/**
+ * True if the expectation held.
+ */
+held: boolean, 
+/**
+ * The time in seconds since which its condition was true until the end; `null` if it was false
+ * at the end.
+ */
+since: number | null, 
+/**
+ * The time in seconds at which it was decided that the expectation held; `null` if it failed.
+ */
+held_at: number | null, };
+
 export type ExplanationEvent = { 
 /**
  * The code of the message.
@@ -325,6 +348,34 @@ export type LogEvent = { tick: number,
  */
 robot: number, text: string, };
 
+export type Mark = { 
+/**
+ * The name of the file.
+ */
+file: string, 
+/**
+ * True if its scripts ran.
+ */
+runs: boolean, 
+/**
+ * The reason why the scripts do not run, or why the results differ from those of the file.
+ */
+reason: string | null, 
+/**
+ * The results; `null` if the scripts do not run.
+ */
+ran: RanMark | null, };
+
+export type MarksEvent = { 
+/**
+ * The marks, in the order of the files.
+ */
+marks: Array<Mark>, 
+/**
+ * The marks as a table.
+ */
+csv: string, };
+
 export type MediumDescription = { name: string, 
 /**
  * The share of frames that the scenario lets the medium lose, for robots that touch and at the
@@ -444,7 +495,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "conditions" } & ConditionsEvent | { "event": "log" } & LogEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
@@ -503,6 +554,32 @@ name: string,
  * The name of the draft.
  */
 draft: string, quantities: QuantityNames, controls: Array<Control>, };
+
+export type RanMark = { 
+/**
+ * The name of the person who handed it in.
+ */
+by: string, 
+/**
+ * True if every expectation held, and no script had an unexpected fault.
+ */
+success: boolean, 
+/**
+ * The expectations, in the order of the scenario.
+ */
+expectations: Array<ExpectationVerdict>, 
+/**
+ * The digest at the end of the run, in hexadecimal.
+ */
+digest: string, 
+/**
+ * True if the results are those of the file.
+ */
+as_handed_in: boolean, 
+/**
+ * The other files whose scripts are compiled to the same programs.
+ */
+same_scripts: Array<string>, };
 
 export type RecordingDescription = { 
 /**
@@ -629,7 +706,11 @@ by: string,
 /**
  * The texts that the client shows. If the run is not one of these texts, nothing is handed in.
  */
-texts: { [key in string]: string }, } } | "stop_trials";
+texts: { [key in string]: string }, } } | { "grade": { 
+/**
+ * The texts of the files, by their names.
+ */
+files: { [key in string]: string }, } } | "stop_trials";
 
 export type ResultEvent = { 
 /**

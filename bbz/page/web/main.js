@@ -5,6 +5,7 @@ import { Curve } from "./curve.js";
 import { Editor } from "./editor.js";
 import { element, fillTexts, inside, part, row, save, showIcon, Tabs } from "./element.js";
 import { editedPlace, faultParts } from "./fault.js";
+import { Grading } from "./grading.js";
 import { Ground } from "./ground.js";
 import { Log, showTests } from "./log.js";
 import { DisplayOptions } from "./display.js";
@@ -62,6 +63,7 @@ const curve = new Curve(view);
 const display = new DisplayOptions(view, curve, watch);
 const editor = new Editor(ask, () => state.plays || play(), () => showLights(), () => (view.chosen === null ? null : robots.ids[view.chosen]));
 const trials = new Trials(ask, () => editor.texts());
+const grading = new Grading(ask);
 const timeLine = new TimeLine(goTo);
 new Pointer(view, {
     onChoose: choose,
@@ -122,6 +124,7 @@ const handlers = {
         begun.events.forEach((seconds) => timeLine.mark("event", seconds * begun.ticks_per_second, texts.eventAt(seconds)));
         log.clear();
         trials.begin(begun);
+        grading.begin(begun);
         // The playground has it in its list of examples.
         part("scenario").textContent = session.link ? "" : (begun.scripts?.scenario ?? "");
         view.begin(begun, robots);
@@ -230,6 +233,7 @@ const handlers = {
         wanted = false;
         const reason = help ? `${text} (${help})` : text;
         trials.refused(reason);
+        grading.refused(reason);
         showStatus(reason);
     },
     script(event) {
@@ -261,12 +265,17 @@ const handlers = {
     },
     trials(event) {
         trials.advanced(event);
+        grading.advanced(event);
     },
     trial(event) {
         trials.take(event);
     },
     result(event) {
         trials.handIn(event);
+    },
+    marks(event) {
+        tabs.show("tests");
+        grading.take(event);
     },
     explanation(event) {
         editor.explain(event);

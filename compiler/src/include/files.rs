@@ -169,8 +169,8 @@ fn not_found() -> io::Error {
     io::Error::new(io::ErrorKind::NotFound, "there is no such file")
 }
 
-/// Returns the path with `.` and `..` resolved.
-fn normal(path: &Path) -> PathBuf {
+/// Returns the path with `.` and `..` resolved, without a look at a disk.
+pub fn normal(path: &Path) -> PathBuf {
     use std::path::Component;
     let mut result = PathBuf::new();
     for component in path.components() {
