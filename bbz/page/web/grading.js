@@ -109,6 +109,7 @@ function row({ file, reason, ran }) {
         ...(ran && ran.same_scripts.length > 0 ? [texts.sameAs(ran.same_scripts.join(", "))] : []),
     ];
     const verdict = ran ? texts.heldOf(held, count) : texts.notRun;
-    const cells = [file, ran?.by ?? "", verdict, notes.join("\n")];
-    return element("tr", {}, ...cells.map((text) => element("td", {}, text)));
+    const lines = (/** @type {string[]} */ list) => list.map((text) => element("div", {}, text));
+    const cells = [lines(ran ? [ran.by, file] : [file]), [verdict], lines(notes)];
+    return element("tr", {}, ...cells.map((parts) => element("td", {}, ...parts)));
 }

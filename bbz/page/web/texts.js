@@ -155,7 +155,7 @@ export const texts = {
     },
     grade: "Grade results", gradeHelp: "Runs files that were handed in (*.json) again in this scenario. They can also be dropped on the page. Nothing leaves this computer.",
     grading: "The results run …", tooLarge: (/** @type {string} */ name) => `${name} has more than 16 MB, so it is no result`, marksAs: "marks.csv", saveMarks: "Save as table", notRun: "does not run",
-    marksHead: ["File", "Name", "Held", "Notes"], heldOf: (/** @type {number} */ held, /** @type {number} */ count) => `${held} of ${count}`,
+    marksHead: ["Result", "Held", "Notes"], heldOf: (/** @type {number} */ held, /** @type {number} */ count) => `${held} of ${count}`,
     sameAs: (/** @type {string} */ files) => `the same scripts as ${files}`, scriptError: "a script had an error",
     tryOut: "Try many times", sweepHelp: "The scenario from its start, beside this run: with the scripts as they ran last, and without your changes",
     vary: "Vary", varyNothing: "only chance", varyExample: "medium.ir.loss", values: "Values", valuesExample: "0, 0.1, 0.3",
