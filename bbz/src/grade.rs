@@ -7,6 +7,7 @@ use bittybuzz_live::{Assignment, Defect, Graded, Mark, Results, marks_csv};
 use bittybuzz_toml_reader::file;
 use serde_json::{Value, json};
 
+use crate::escape::escaped;
 use crate::exit::ExitStatus;
 use crate::file_error::FileError;
 use crate::output::ScriptOutput;
@@ -106,7 +107,7 @@ pub fn execute(arguments: &GradeArguments) -> Result<ExitStatus, Box<dyn Problem
     }
     let marks = results.marks();
     if let Some(table) = &arguments.csv {
-        whole_file::write(table, marks_csv(&marks).as_bytes())?;
+        whole_file::write(table, escaped(&marks_csv(&marks)).as_bytes())?;
     }
     let mut output = ScriptOutput::new();
     if arguments.json {

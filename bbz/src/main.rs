@@ -17,6 +17,7 @@ mod costs;
 mod disasm;
 mod drive;
 mod emulator;
+mod escape;
 mod exit;
 mod explain;
 mod fence;
@@ -131,7 +132,7 @@ fn main() -> ExitCode {
         Ok(command_line) => command_line,
         Err(message) => {
             // Help is a message too, but no mistake. If printing fails, there is no reader.
-            let _ = message.print();
+            report::command_line(&message);
             let ending = if message.use_stderr() { ExitStatus::Usage } else { ExitStatus::Success };
             return ending.into();
         }

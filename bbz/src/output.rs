@@ -1,10 +1,11 @@
-//! Standard output, kept in order with standard error.
+//! Standard output, kept in order with standard error. All text passes the filter of [`crate::escape`].
 
 use std::io::{self, BufWriter, Stdout, Write};
 use std::time::{Duration, Instant};
 
 use serde_json::json;
 
+use crate::escape::escaped;
 use crate::problem::Problem;
 
 /// Standard output cannot be written.
@@ -20,7 +21,7 @@ const PATIENCE: Duration = Duration::from_millis(50);
 /// The form of a script's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OutputForm {
-    /// Lines, as they are.
+    /// Lines.
     Lines,
     /// A JSON object for each line: `{"printed": "..."}`.
     Json,
@@ -63,10 +64,11 @@ impl ScriptOutput {
         }
     }
 
-    /// Writes a line as it is.
+    /// Writes a line.
     pub fn plain(&mut self, line: &[u8]) {
+        let line = String::from_utf8_lossy(line);
         self.attempt(|stdout| {
-            stdout.write_all(line)?;
+            stdout.write_all(escaped(&line).as_bytes())?;
             stdout.write_all(b"\n")
         });
     }
@@ -109,6 +111,6 @@ impl ScriptOutput {
 /// Writes a whole result.
 pub fn write(text: &str) -> Result<(), OutputError> {
     let mut output = ScriptOutput::new();
-    output.attempt(|stdout| stdout.write_all(text.as_bytes()));
+    output.attempt(|stdout| stdout.write_all(escaped(text).as_bytes()));
     output.finish()
 }

@@ -1,4 +1,4 @@
-//! Messages on standard error.
+//! Messages on standard error. All text passes the filter of [`crate::escape`].
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::env;
@@ -13,6 +13,7 @@ pub use bittybuzz_fault::printable;
 use bittybuzz_live::Defect;
 use bittybuzz_toml_reader::Place;
 
+use crate::escape::{colored, escaped};
 use crate::problem::{Problem, ProblemMessage};
 use crate::shell;
 
@@ -32,7 +33,8 @@ pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {
         if *count > MESSAGES_MAX {
             continue;
         }
-        write(format_args!("{}", renderer.text(diagnostic, ColorChoice::Always)));
+        let plain = renderer.text(diagnostic, ColorChoice::Never);
+        write(&colored(&plain, || renderer.text(diagnostic, ColorChoice::Always)));
     }
     if let Some(title) = not_shown(errors, warnings) {
         print(Group::with_title(Level::NOTE.primary_title(title)));
@@ -80,7 +82,7 @@ pub fn defect(defect: &Defect) {
     mistake(&defect.to_string(), None, Some(advice));
     let backtrace = Backtrace::capture();
     if backtrace.status() == BacktraceStatus::Captured {
-        write(format_args!("{backtrace}"));
+        write(&escaped(&backtrace.to_string()));
     }
 }
 
@@ -114,19 +116,32 @@ pub fn warning(message: &str, note: Option<&str>) {
 /// Prints lines that are not a message: a report at the end of a run.
 pub fn lines(lines: &[String]) {
     for line in lines {
-        write(format_args!("{line}\n"));
+        write(&escaped(&format!("{line}\n")));
+    }
+}
+
+/// Prints a mistake in the command line, or the help that was asked for, which goes to standard output.
+pub fn command_line(message: &clap::Error) {
+    let plain = message.render().to_string();
+    let text = colored(&plain, || message.render().ansi().to_string());
+    if message.use_stderr() {
+        write(&text);
+    } else {
+        let _ = anstream::stdout().write_all(text.as_bytes());
     }
 }
 
 /// Prints a message.
 pub fn print(group: Group<'_>) {
-    write(format_args!("{}\n", Style::styled().render(&[group])));
+    let groups = [group];
+    let plain = Style::plain().render(&groups);
+    write(&format!("{}\n", colored(&plain, || Style::styled().render(&groups))));
 }
 
 /// Writes to standard error, without colors unless it is a terminal. A failure is ignored, because
 /// there is no place left to report it.
-fn write(text: fmt::Arguments<'_>) {
-    let _ = anstream::stderr().write_fmt(text);
+fn write(text: &str) {
+    let _ = anstream::stderr().write_all(text.as_bytes());
 }
 
 #[cfg(test)]

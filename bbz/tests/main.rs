@@ -8,6 +8,7 @@ mod build;
 mod check;
 mod checks;
 mod command_line;
+mod controls;
 mod emulated;
 mod files;
 mod flash;

@@ -1,9 +1,10 @@
 //! Tests of trials next to a session: sweeps, and results that are handed in.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use bittybuzz_arena::run::Session;
-use bittybuzz_live::{HandIn, Live, SharedFiles, Shelf, Source};
+use bittybuzz_live::{HandIn, Live, SharedFiles, Shelf, Source, TextFile};
 use serde_json::{Value, json};
 
 use crate::taken;
@@ -170,6 +171,36 @@ fn a_hand_in_contains_all_that_a_second_run_needs() {
         run.tick().unwrap();
     }
     assert_eq!(read.digest, format!("{:016x}", run.digest()));
+}
+
+/// The scenario with which the session was opened decides, whatever the page runs meanwhile.
+#[test]
+fn results_are_graded_next_to_the_session() {
+    let mut live = start();
+    let hand_in = json!({ "hand_in": { "by": "Ada", "texts": { "best.bzz": SCRIPT } } });
+    let events = finish(&mut live, hand_in);
+    let ada = of_kind(&events, "result")[0]["text"].as_str().unwrap().to_owned();
+    let mut broken = HandIn::read(&ada).unwrap();
+    broken.scripts = vec![TextFile::new("best.bzz".to_owned(), "x = )\n".to_owned())];
+    let easier = SCENARIO.replace("equals = 8", "equals = 80");
+    live.request(&json!({ "run": { "texts": { "s.toml": easier } } }).to_string(), Duration::ZERO);
+    let files = json!({ "a.json": broken.text(), "b.json": ada, "c.json": "{}", "d.json": ada });
+    let events = finish(&mut live, json!({ "grade": { "files": files } }));
+    let marks = of_kind(&events, "marks")[0]["marks"].as_array().unwrap();
+    let ran: Vec<&Value> = marks.iter().map(|mark| &mark["runs"]).collect();
+    assert_eq!(ran, [false, true, false, true]);
+    assert!(marks[0]["reason"].as_str().unwrap().contains("best.bzz:1:5: "), "{}", marks[0]);
+    let mark = &marks[1]["ran"];
+    let expected = (&json!("Ada"), &json!(true), &json!(["d.json"]));
+    assert_eq!((&mark["by"], &mark["as_handed_in"], &mark["same_scripts"]), expected);
+    // Without a result that compiles there is no trial.
+    let events = finish(&mut live, json!({ "grade": { "files": { "c.json": "{}" } } }));
+    assert_eq!(of_kind(&events, "marks")[0]["marks"][0]["runs"], false);
+    let many: BTreeMap<String, &str> =
+        (0..=1000).map(|number| (number.to_string(), "{}")).collect();
+    let events = finish(&mut live, json!({ "grade": { "files": many } }));
+    let reason = "1001 results are more than 1000: `bbz grade` has no such limit";
+    assert_eq!(refusal(&events), reason);
 }
 
 /// A text is handed in only if the run began with it.

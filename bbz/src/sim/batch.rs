@@ -19,6 +19,7 @@ use bittybuzz_arena::scenario::ScenarioCause;
 use bittybuzz_live::Defect;
 use rayon::prelude::*;
 
+use crate::escape::escaped;
 use crate::exit::ExitStatus;
 use crate::file_error::FileError;
 use crate::interrupt::{self, Interrupt};
@@ -169,7 +170,7 @@ pub fn run(
     let kept = ends.values().filter(|end| end.is_ok()).count();
     let folder = journal.as_ref().map(|journal| journal.folder().to_owned());
     if let (Some(path), true) = (&arguments.csv, is_complete) {
-        whole_file::write(path, table.to_csv().as_bytes())?;
+        whole_file::write(path, escaped(&table.to_csv()).as_bytes())?;
     }
     if is_complete || kept == 0 {
         journal.map_or(Ok(()), Journal::remove)?;
