@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::script::{folder, read};
 use bittybuzz_arena::engine::LossCause;
-use bittybuzz_arena::robot::FaultCounts;
+use bittybuzz_arena::robot::{FaultCounts, Interest};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Simulation, Summary};
 
 /// The same swarm that the shipped scenario has.
@@ -123,6 +123,10 @@ struct FrameCounter {
 }
 
 impl Observer for FrameCounter {
+    fn interest(&self) -> Interest {
+        Interest::ALL
+    }
+
     fn see(&mut self, ObservedEvent { tick, robot, kind }: ObservedEvent<'_>) {
         // Two ticks for frames that were on their way.
         let is_noisy = (FROM + 2..UNTIL).contains(&tick);

@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use crate::script::{folder, read};
 use bittybuzz_arena::engine::{LossCause, Medium, TICK_US, WorldStatistics};
-use bittybuzz_arena::robot::{CallResult, Consequence, FaultRecord, FunctionCall, LogLine, Piece};
+use bittybuzz_arena::robot::{
+    CallResult, Consequence, FaultRecord, FunctionCall, Interest, LogLine, Piece,
+};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Simulation};
 use bittybuzz_vm_core::{RobotFault, Type};
 
@@ -32,6 +34,10 @@ impl Counter {
 }
 
 impl Observer for Counter {
+    fn interest(&self) -> Interest {
+        Interest::ALL
+    }
+
     fn see(&mut self, ObservedEvent { tick, robot, kind }: ObservedEvent<'_>) {
         match kind {
             EventKind::Sent(frame) => {
@@ -92,6 +98,10 @@ struct RecordingObserver {
 }
 
 impl Observer for RecordingObserver {
+    fn interest(&self) -> Interest {
+        Interest::ALL
+    }
+
     fn see(&mut self, event: ObservedEvent<'_>) {
         self.events.push(format!("{event:?}"));
         let ObservedEvent { tick, robot, kind } = event;
@@ -186,6 +196,44 @@ fn each_lost_frame_has_a_cause() {
     assert!(counter.unsent > 0);
 }
 
+/// Log lines and faults alone, or with calls or frames, are those of an observer of everything.
+#[test]
+fn an_observer_sees_what_it_uses_and_nothing_else() {
+    struct Part(Interest, RecordingObserver);
+    impl Observer for Part {
+        fn interest(&self) -> Interest {
+            self.0
+        }
+
+        fn see(&mut self, event: ObservedEvent<'_>) {
+            self.1.see(event);
+        }
+    }
+    let observed = |interest| {
+        let mut run = Simulation::new(busy::setup("interest", TROUBLE), 5, 1).unwrap();
+        let mut part = Part(interest, RecordingObserver::default());
+        observe(&mut run, &mut part);
+        (run.digest(), part.1)
+    };
+    let (digest, all) = observed(Interest::ALL);
+    for interest in [(false, false), (false, true), (true, false)] {
+        let (frames, calls) = interest;
+        let (other, part) = observed(Interest { frames, calls });
+        assert_eq!(other, digest);
+        assert_eq!((&part.logs, &part.faults), (&all.logs, &all.faults));
+        assert_eq!(part.calls, if calls { all.calls.clone() } else { Vec::new() });
+        let of_frames = |event: &&String| {
+            let kinds = ["Sent(", "Postponed ", "Received ", "Lost ", "Unsent "];
+            kinds.iter().any(|kind| event.contains(&format!("kind: {kind}")))
+        };
+        let of = |seen: &RecordingObserver| -> Vec<String> {
+            seen.events.iter().filter(of_frames).cloned().collect()
+        };
+        assert!(of(&all).len() > 1000);
+        assert_eq!(of(&part), if frames { of(&all) } else { Vec::new() });
+    }
+}
+
 /// A frame that nothing loses reaches everybody else: each has one fate at each robot in reach.
 #[test]
 fn each_frame_has_a_fate_at_each_robot_in_reach() {
@@ -193,6 +241,10 @@ fn each_frame_has_a_fate_at_each_robot_in_reach() {
     #[derive(Default)]
     struct Fates(BTreeMap<(usize, u64), Vec<usize>>);
     impl Observer for Fates {
+        fn interest(&self) -> Interest {
+            Interest::ALL
+        }
+
         fn see(&mut self, ObservedEvent { robot, kind, .. }: ObservedEvent<'_>) {
             let (frame, receiver) = match kind {
                 EventKind::Sent(frame) => (frame, None),

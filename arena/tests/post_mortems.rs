@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::script::{folder, read};
-use bittybuzz_arena::robot::{Consequence, PostMortem};
+use bittybuzz_arena::robot::{Consequence, Interest, PostMortem};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Session, Setup, Simulation};
 use bittybuzz_inspect::{FrameFunction, Inspection, Named, ScriptValue};
 
@@ -106,6 +106,10 @@ fn the_content_belongs_to_the_tick_of_the_fault() {
 struct Faults(Vec<PostMortem>);
 
 impl Observer for Faults {
+    fn interest(&self) -> Interest {
+        Interest::default()
+    }
+
     fn see(&mut self, event: ObservedEvent<'_>) {
         if let EventKind::Fault(found) = event.kind {
             self.0.push(found.clone());

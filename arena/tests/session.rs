@@ -33,9 +33,10 @@ fn play(session: &mut Session, mut act: impl FnMut(&mut Session)) -> Vec<u64> {
 #[test]
 fn going_back_to_any_tick_restores_its_state() {
     let mut chance = Random::new(1);
-    // Two copies leave long ways, 500 none.
-    for most in [2, 7, 500] {
-        let mut session = begin("session_seek", most);
+    // Two copies leave long ways, 500 none. Without room for any, the run is built again.
+    for (most, bytes) in [(2, usize::MAX), (7, usize::MAX), (500, usize::MAX), (500, 0), (0, 500)] {
+        let run = Simulation::new(setup("session_seek", ""), 5, 1).unwrap();
+        let mut session = Session::with_bytes(run, most, bytes);
         let digests = play(&mut session, |session| {
             if session.run().now() % 17 == 3 {
                 session.command(COMMANDS[chance.below(COMMANDS.len() as u32) as usize]).unwrap();
@@ -53,6 +54,21 @@ fn going_back_to_any_tick_restores_its_state() {
         session.go_to(30).unwrap();
         assert_eq!(play(&mut session, |_| {}), digests[30..], "{most} copies");
         assert_eq!(format!("{:?}", session.summary()), results);
+    }
+}
+
+/// A way may end earlier, and another one may begin there.
+#[test]
+fn a_way_may_be_left() {
+    let mut session = begin("session_left", 2);
+    let digests = play(&mut session, |_| {});
+    for (to, then) in [(90, 30), (30, 90), (100, 99), (0, 100)] {
+        session.approach(to).unwrap();
+        let start = session.run().now();
+        assert!(start <= to);
+        (start..to.min(start + 3)).for_each(|_| session.advance_unseen().unwrap());
+        session.go_to(then).unwrap();
+        assert_eq!(session.run().digest(), digests[then as usize], "{to}, {then}");
     }
 }
 

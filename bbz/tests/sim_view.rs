@@ -4,15 +4,14 @@
 #![cfg(feature = "view")]
 
 use std::fs;
-use std::io::{BufRead, BufReader, ErrorKind};
-use std::net::TcpStream;
+use std::io::{BufRead, BufReader};
 use std::process::Child;
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use tungstenite::{Error, Message, WebSocket};
 
 use crate::support::Folder;
+use crate::support::client::Client;
 
 /// The longest wait for an answer, which takes milliseconds otherwise.
 const WAIT_MAX: Duration = Duration::from_secs(60);
@@ -25,7 +24,7 @@ const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 20\n\n\
 /// A running command and the page that is connected to it. The command ends with this value.
 struct Session {
     child: Child,
-    socket: WebSocket<TcpStream>,
+    client: Client,
     /// The first event.
     begin: Value,
 }
@@ -43,20 +42,20 @@ impl Session {
         let mut child = command.env("XDG_STATE_HOME", folder.path("state")).spawn().unwrap();
         let mut url = String::new();
         BufReader::new(child.stdout.take().unwrap()).read_line(&mut url).unwrap();
-        let mut socket = connect(url.trim());
-        let begin = event(&mut socket, "begin");
-        Session { child, socket, begin }
+        let mut client = Client::connect(url.trim());
+        let begin = client.event("begin");
+        Session { child, client, begin }
     }
 
     fn send(&mut self, request: Value) {
-        self.socket.send(Message::text(request.to_string())).unwrap();
+        self.client.send(request);
     }
 
     /// Sends a request and returns the next event of one of these kinds.
     fn ask(&mut self, request: Value, kinds: &[&str]) -> Value {
         self.send(request);
         loop {
-            let event = next(&mut self.socket);
+            let event = self.client.next();
             if kinds.iter().any(|kind| event["event"] == *kind) {
                 return event;
             }
@@ -71,7 +70,7 @@ impl Session {
             return "it runs".to_owned();
         }
         // The next event is that the session goes on.
-        assert_eq!(next(&mut self.socket)["event"], "refused");
+        assert_eq!(self.client.next()["event"], "refused");
         event["diagnostics"][0]["message"].as_str().unwrap().to_owned()
     }
 
@@ -103,36 +102,6 @@ impl Drop for Session {
         // The command may have ended already.
         let _ = self.child.kill();
         let _ = self.child.wait();
-    }
-}
-
-fn connect(url: &str) -> WebSocket<TcpStream> {
-    let authority = url.strip_prefix("http://").unwrap().split('/').next().unwrap();
-    let stream = TcpStream::connect(authority).unwrap();
-    // A missing event fails the test instead of blocking it.
-    stream.set_read_timeout(Some(WAIT_MAX)).unwrap();
-    let address = format!("{}socket", url.replacen("http", "ws", 1));
-    tungstenite::client(address, stream).unwrap().0
-}
-
-fn next(socket: &mut WebSocket<TcpStream>) -> Value {
-    loop {
-        match socket.read() {
-            // A stop of the process and its continuation end a read that has a timeout.
-            Err(Error::Io(error)) if error.kind() == ErrorKind::Interrupted => {}
-            Ok(Message::Text(text)) => return serde_json::from_str(&text).unwrap(),
-            message => drop(message.unwrap()),
-        }
-    }
-}
-
-/// Returns the next event of a kind.
-fn event(socket: &mut WebSocket<TcpStream>, kind: &str) -> Value {
-    loop {
-        let event = next(socket);
-        if event["event"] == kind {
-            return event;
-        }
     }
 }
 
@@ -235,8 +204,8 @@ mod browser {
         assert_eq!(browser.folder.read("mode"), b"600\n700\n");
         assert!(browser.redirect.starts_with(browser.folder.path("run")), "{name}");
         // The file has served when the page is connected.
-        let mut socket = connect(&browser.url);
-        event(&mut socket, "begin");
+        let mut client = Client::connect(&browser.url);
+        client.event("begin");
         until(|| !browser.redirect.exists());
         assert_eq!(fs::read_dir(browser.folder.path("run")).unwrap().count(), 0);
         browser.end();

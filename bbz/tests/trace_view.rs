@@ -2,15 +2,13 @@
 
 #![cfg(feature = "view")]
 
-use crate::support::robot;
-use std::io::{BufRead, BufReader, ErrorKind, Write};
-use std::net::TcpStream;
+use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
-use std::time::Duration;
 
-use crate::support::Folder;
 use serde_json::Value;
-use tungstenite::{Error, Message};
+
+use crate::support::client::Client;
+use crate::support::{Folder, robot};
 
 /// A script whose second step divides by zero.
 const SCRIPT: &str = "n = 0\nfunction step() {\n  n = n + 1\n  log(\"n is \", n)\n  if(n == 2) half(n)\n}\n\
@@ -28,30 +26,13 @@ fn a_page_gets_lines_and_faults() {
     let mut stdin = child.stdin.take().unwrap();
     let mut url = String::new();
     BufReader::new(child.stdout.take().unwrap()).read_line(&mut url).unwrap();
-    let address = format!("{}socket", url.trim().replacen("http", "ws", 1));
-    let authority = url.strip_prefix("http://").unwrap().split('/').next().unwrap();
-    let stream = TcpStream::connect(authority).unwrap();
-    // A missing event fails the test instead of blocking it.
-    stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-    let (mut socket, _) = tungstenite::client(address, stream).unwrap();
+    let mut client = Client::connect(url.trim());
     // The page is open before the robot reports.
     stdin.write_all(lines.as_bytes()).unwrap();
     drop(stdin);
     let mut events = Vec::new();
-    loop {
-        let message = match socket.read() {
-            // A stop of the process and its continuation end a read that has a timeout.
-            Err(Error::Io(error)) if error.kind() == ErrorKind::Interrupted => continue,
-            message => message.unwrap(),
-        };
-        if let Message::Text(text) = message {
-            let event: Value = serde_json::from_str(&text).unwrap();
-            let is_last = event["over"] == true;
-            events.push(event);
-            if is_last {
-                break;
-            }
-        }
+    while events.last().is_none_or(|event: &Value| event["over"] != true) {
+        events.push(client.next());
     }
     let robots = events.iter().rfind(|event| event["event"] == "begin").unwrap();
     assert_eq!(
@@ -60,8 +41,9 @@ fn a_page_gets_lines_and_faults() {
     );
     let logged: Vec<&str> = events
         .iter()
-        .filter(|event| event["event"] == "log")
-        .map(|event| event["text"].as_str().unwrap())
+        .filter(|event| event["event"] == "logs")
+        .flat_map(|event| event["lines"].as_array().unwrap())
+        .map(|line| line["text"].as_str().unwrap())
         .collect();
     assert_eq!((logged.len(), &logged[1..]), (3, &["n is 1", "n is 2"][..]));
     assert!(logged[0].ends_with("(`s.bzz`)"), "{}", logged[0]);
@@ -73,6 +55,6 @@ fn a_page_gets_lines_and_faults() {
         .collect();
     assert_eq!(places, [(8, "half"), (5, "step")]);
     // The command ends when its page is closed, with the status of the trace.
-    drop(socket);
+    drop(client);
     assert_eq!(child.wait().unwrap().code(), Some(1));
 }

@@ -1,11 +1,12 @@
 //! Faults and log lines of a run, as events for clients.
 
 use bittybuzz_arena::engine::LossCause;
-use bittybuzz_arena::robot::LogLine;
+use bittybuzz_arena::robot::{Interest, LogLine};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Verdict};
 
+use crate::backlog::{Backlog, Waiting};
 use crate::faults;
-use crate::page_event::{LogEvent, PageEvent, VerdictName};
+use crate::page_event::{FaultEvent, LogEvent, PageEvent, VerdictName};
 use crate::watch::{MessageFate, Watch};
 use crate::workshop::Drafts;
 
@@ -16,21 +17,28 @@ pub struct EventCollector<'a> {
     /// The scripts that the client can edit.
     pub drafts: Option<&'a Drafts>,
     /// The events that the client has not taken yet.
-    pub events: &'a mut Vec<PageEvent>,
+    pub events: &'a mut Backlog,
+    /// The faults of the tick.
+    pub faults: Vec<FaultEvent>,
     /// The subscription of the client, which collects messages.
     pub watch: &'a mut Watch,
 }
 
 impl Observer for EventCollector<'_> {
+    fn interest(&self) -> Interest {
+        Interest { frames: self.watch.has_messages(), calls: false }
+    }
+
     fn see(&mut self, event: ObservedEvent<'_>) {
         let ObservedEvent { tick, robot, kind } = event;
         match kind {
             EventKind::Log(line) => {
                 let text = text(self.setup, line);
-                self.events.push(PageEvent::Log(LogEvent { tick, robot, text }));
+                self.events.add(Waiting::Line(LogEvent { tick, robot, text }));
             }
             EventKind::Fault(found) => {
                 let fault = faults::describe(self.setup, self.drafts, robot, found);
+                self.faults.push(fault.clone());
                 self.events.push(PageEvent::Fault(fault));
             }
             EventKind::Received { receiver, .. } => {

@@ -10,7 +10,7 @@ use bittybuzz_robot_spec::Robot;
 
 use crate::edit;
 use crate::inspection::{self, MemoryDescription};
-use crate::page_event::{FaultConsequence, FaultEvent, PageEvent, StoppedEvent};
+use crate::page_event::{FaultConsequence, FaultEvent, StoppedEvent};
 use crate::relative::relative;
 use crate::workshop::Drafts;
 
@@ -79,17 +79,11 @@ pub fn content(setup: &Setup, content: &Inspection) -> MemoryDescription {
 
 /// Returns the event about the run that stops because of one of these faults, if there is one: the
 /// first that stopped a script, or else the first.
-pub fn stop(events: &[PageEvent]) -> Option<PageEvent> {
-    let faults = || {
-        events.iter().filter_map(|event| match event {
-            PageEvent::Fault(fault) => Some(fault),
-            _ => None,
-        })
-    };
-    let stopped = faults().find(|fault| fault.consequence != FaultConsequence::Contained);
-    let fault = stopped.or_else(|| faults().next())?.clone();
-    let others = faults().filter(|other| other.robot != fault.robot).count();
-    Some(PageEvent::Stopped(StoppedEvent { fault, others }))
+pub fn stop(faults: &[FaultEvent]) -> Option<StoppedEvent> {
+    let stopped = faults.iter().find(|fault| fault.consequence != FaultConsequence::Contained);
+    let fault = stopped.or(faults.first())?.clone();
+    let others = faults.iter().filter(|other| other.robot != fault.robot).count();
+    Some(StoppedEvent { fault, others })
 }
 
 /// Returns the name of a function; that of a lambda has its place.

@@ -9,8 +9,9 @@
 //! # Principles
 //! 1. **Time comes from the caller.** The crate reads no clock, so that it runs everywhere and
 //!    tests do not wait.
-//! 2. **Samples may be skipped, events may not.** A slow page requests samples less often, and then
-//!    gets the newest one. Faults and log lines are queued until the page takes them.
+//! 2. **A slow client costs no memory.** It takes samples less often, and then gets the newest one.
+//!    Of the log lines and faults since the last time it gets the newest 500 and the number of the
+//!    others; all other events wait for it.
 //! 3. **A client may send anything.** An invalid request changes nothing; the answer is an event
 //!    with the reason.
 //!
@@ -58,6 +59,7 @@
 //! Read or write files (the caller's [`Workshop`] and [`UnsavedStore`] do; a [`Shelf`] is a workshop in
 //! memory), listen on a network, draw.
 
+mod backlog;
 mod begin;
 mod compiler_message;
 mod conditions;

@@ -6,11 +6,12 @@ use std::time::Duration;
 use bittybuzz_arena::engine::Pose;
 use bittybuzz_arena::output::recorder;
 use bittybuzz_arena::robot::BatteryState;
-use bittybuzz_arena::run::{Session, TICKS_PER_SECOND, Verdict};
+use bittybuzz_arena::run::{FirmwareError, Session, TICKS_PER_SECOND, Verdict};
 use bittybuzz_arena::scenario::{Quantity, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::{Inspection, Limits};
 
+use crate::backlog::Backlog;
 use crate::begin;
 use crate::conditions;
 use crate::edit::{self, EditError, NewRun};
@@ -21,8 +22,8 @@ use crate::hand_in::{HandIn, TextFile};
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
     BatteryDescription, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExpectationEvent,
-    ExplanationEvent, FailedEvent, InspectionEvent, PageEvent, ScenarioEvent, ScriptsDescription,
-    StateEvent, TrialsEvent,
+    ExplanationEvent, FailedEvent, FaultEvent, InspectionEvent, PageEvent, ScenarioEvent,
+    ScriptsDescription, SeekingEvent, StateEvent, TrialsEvent,
 };
 use crate::request::{Request, Texts};
 use crate::samples::Samples;
@@ -36,9 +37,25 @@ use crate::workshop::{Drafts, Workshop};
 /// often.
 const INSPECTION_LIMITS: Limits = Limits { depth: 4, values: 500 };
 
+/// A command would act at a tick that nobody has chosen.
+const ON_THE_WAY: &str = "the run is on its way to another time: wait, or pause it";
+
 const NO_TRIALS: &str = "this session has no trials";
 
 const NOT_EDITED: &str = "scripts of this session cannot be edited";
+
+/// The time between two events about a long way to a tick.
+const SEEKING_EVERY: Duration = Duration::from_millis(250);
+
+/// A way to a tick, which the run simulates without showing it.
+struct Seek {
+    to: u64,
+    /// The tick and the time at which the way began.
+    from: u64,
+    since: Duration,
+    /// The time of the last event about it.
+    told: Duration,
+}
 
 /// A session that a client controls and watches.
 pub struct Live {
@@ -48,8 +65,10 @@ pub struct Live {
     /// The text of the scenario with which the session was opened.
     opened: String,
     pace: Pace,
+    /// `None` if the run is where the client wants it.
+    seek: Option<Seek>,
     samples: Samples,
-    events: Vec<PageEvent>,
+    events: Backlog,
     /// The robot whose memory is sent after each sample.
     inspected: Option<usize>,
     watch: Watch,
@@ -79,7 +98,8 @@ impl Live {
             scenario,
             pace: Pace::Paused,
             samples: Samples::NEW,
-            events: Vec::new(),
+            events: Backlog::default(),
+            seek: None,
             inspected: None,
             watch: Watch::default(),
             drafts: None,
@@ -127,19 +147,31 @@ impl Live {
                 {
                     return self.refuse(&error.to_string(), None);
                 }
+                self.seek = None;
                 self.pace = Pace::play(rate, now, self.session.run().now());
                 self.add_verdicts();
                 self.add_conditions();
             }
-            Request::Pause => self.pace = Pace::Paused,
-            Request::Step { ticks } => self.pace = Pace::Steps(ticks),
+            Request::Pause => {
+                self.seek = None;
+                self.pace = Pace::Paused;
+            }
+            Request::Step { ticks } => {
+                self.seek = None;
+                self.pace = Pace::Steps(ticks);
+            }
             Request::GoTo { tick } => {
                 self.pace = Pace::Paused;
-                if let Err(error) = self.session.go_to(tick) {
+                if let Err(error) = self.session.approach(tick) {
                     return self.refuse(&error.to_string(), None);
                 }
-                self.add_verdicts();
-                self.add_conditions();
+                let (from, to) = (self.session.run().now(), tick.min(self.session.run().end()));
+                // The next turn goes there, and ends with the state.
+                self.seek = Some(Seek { to, from, since: now, told: now });
+                return;
+            }
+            Request::Command { .. } | Request::Load { .. } if self.seek.is_some() => {
+                return self.refuse(ON_THE_WAY, None);
             }
             Request::Command { text } => {
                 if let Err(errors) = self.session.command(&text) {
@@ -307,36 +339,77 @@ impl Live {
         Ok(Some(quantity))
     }
 
-    fn simulate(&mut self) {
+    /// Simulates a tick, and returns its faults.
+    fn simulate(&mut self) -> Vec<FaultEvent> {
         let setup = self.session.run().setup().clone();
         let mut collector = EventCollector {
             setup: &setup,
             drafts: self.drafts.as_ref(),
             events: &mut self.events,
+            faults: Vec::new(),
             watch: &mut self.watch,
         };
-        if let Err(error) = self.session.tick_observed(&mut collector) {
-            self.has_failed = true;
-            let text = error.to_string();
-            self.events.push(PageEvent::Failed(FailedEvent { text }));
+        let outcome = self.session.tick_observed(&mut collector);
+        let faults = collector.faults;
+        if let Err(error) = outcome {
+            self.fail(&error);
         }
         // The observer has received the lines already.
         self.session.take_log();
+        faults
+    }
+
+    fn fail(&mut self, error: &FirmwareError) {
+        self.has_failed = true;
+        let text = error.to_string();
+        self.events.push(PageEvent::Failed(FailedEvent { text }));
+    }
+
+    /// Goes on a way to a tick as long as `has_time` returns true. Returns true if the run is not
+    /// there yet.
+    fn advance_to(
+        &mut self,
+        mut seek: Seek,
+        now: Duration,
+        has_time: &mut dyn FnMut() -> bool,
+    ) -> bool {
+        while self.session.run().now() < seek.to && !self.has_failed && has_time() {
+            if let Err(error) = self.session.advance_unseen() {
+                self.fail(&error);
+            }
+        }
+        let at = self.session.run().now();
+        if at < seek.to && !self.has_failed {
+            let (gone, left) = ((at - seek.from).max(1), seek.to - at);
+            if now >= seek.told + SEEKING_EVERY {
+                seek.told = now;
+                let left = (now - seek.since).as_secs_f64() * left as f64 / gone as f64;
+                self.events.push(PageEvent::Seeking(SeekingEvent { tick: seek.to, left }));
+            }
+            self.seek = Some(seek);
+            return true;
+        }
+        self.add_verdicts();
+        self.add_conditions();
+        self.add_state();
+        false
     }
 
     /// Simulates the ticks of the session that are due, as long as `has_time` returns true. Returns
     /// true if ticks are still due.
     fn advance_run(&mut self, now: Duration, has_time: &mut dyn FnMut() -> bool) -> bool {
+        if let Some(seek) = self.seek.take() {
+            return self.advance_to(seek, now, has_time);
+        }
         let run = self.session.run();
         let due = self.pace.due(run.now(), now, TICKS_PER_SECOND);
         let (mut done, wanted) = (0, due.min(run.end().saturating_sub(run.now())));
         let mut stop = None;
         while done < wanted && !self.has_failed && stop.is_none() && has_time() {
-            let before = self.events.len();
-            self.simulate();
+            let faults = self.simulate();
             done += 1;
             if self.stops_on_error() {
-                stop = faults::stop(&self.events[before..]);
+                stop = faults::stop(&faults);
             }
         }
         if due == 0 {
@@ -346,12 +419,12 @@ impl Live {
         if self.session.run().is_over() || self.has_failed || stop.is_some() {
             self.pace = Pace::Paused;
         }
-        self.add_verdicts();
-        self.add_conditions();
         if self.pace == Pace::Paused {
+            self.add_verdicts();
+            self.add_conditions();
             self.add_state();
         }
-        self.events.extend(stop);
+        self.events.extend(stop.map(PageEvent::Stopped));
         self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
     }
 
@@ -367,15 +440,17 @@ impl Live {
         let run = self.session.run();
         match edit::begin(drafts, run, &self.scenario, texts, keep_changes) {
             Ok(NewRun { run, scenario, events }) => {
-                self.session = Session::new(run, self.session.most_copies());
+                self.session = self.session.anew(run);
                 self.session.keep_post_mortems();
                 self.scenario = scenario;
                 self.pace = Pace::Paused;
+                self.seek = None;
                 self.has_failed = false;
                 // Events of the earlier run come before the one that clears the page.
                 let before = std::mem::take(&mut self.events);
                 self.begin();
-                self.events.splice(0..0, before);
+                let begun = std::mem::replace(&mut self.events, before);
+                self.events.append(begun);
                 self.events.extend(events);
             }
             Err(error) => self.refuse_edit(error),
@@ -564,7 +639,8 @@ impl Source for Live {
         let stops_on_error = Some(self.stops_on_error());
         let world = begin::describe(self.session.run());
         let begin = BeginEvent { scripts, controls, stops_on_error, ..world };
-        self.events = vec![PageEvent::Begin(Box::new(begin))];
+        self.events = Backlog::default();
+        self.events.push(PageEvent::Begin(Box::new(begin)));
         self.conditions = conditions::describe(self.session.run());
         self.add_verdicts();
         self.add_state();
@@ -592,7 +668,10 @@ impl Source for Live {
     }
 
     fn take_events(&mut self) -> Vec<PageEvent> {
-        std::mem::take(&mut self.events)
+        // Here and not after each turn, so that a client that does not read has one of each.
+        self.add_verdicts();
+        self.add_conditions();
+        self.events.take()
     }
 
     fn take_sample(&mut self) -> Vec<u8> {

@@ -22,10 +22,12 @@ pub enum PageEvent {
     Begin(Box<BeginEvent>),
     /// The tick, the pace, and the end of the run.
     State(StateEvent),
+    /// The run is on its way to a tick.
+    Seeking(SeekingEvent),
     /// Lamps and commands, after they have changed.
     Conditions(ConditionsEvent),
-    /// A line that a robot logged.
-    Log(LogEvent),
+    /// Lines that robots logged.
+    Logs(LogsEvent),
     /// A fault of a script.
     Fault(FaultEvent),
     /// The run was paused because of a fault.
@@ -327,6 +329,15 @@ pub struct ConditionsEvent {
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LogsEvent {
+    /// The number of earlier lines and faults that are left out, because the client was slow.
+    pub lost: u64,
+    pub lines: Vec<LogEvent>,
+}
+
+/// A line that a robot logged.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
 pub struct LogEvent {
     pub tick: u64,
     /// The number of the robot.
@@ -343,6 +354,16 @@ pub struct FaultEvent {
     pub consequence: FaultConsequence,
     #[serde(flatten)]
     pub description: FaultDescription,
+}
+
+/// The run is on its way to a tick, for longer than a moment.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeekingEvent {
+    /// The tick to which the run goes.
+    pub tick: u64,
+    /// The time in seconds that the rest of the way takes, as far as it can be known.
+    pub left: f64,
 }
 
 /// The run was paused because of a fault.

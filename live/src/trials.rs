@@ -6,6 +6,7 @@ use std::sync::Arc;
 use bittybuzz_arena::run::{Setup, Simulation};
 use bittybuzz_arena::scenario::Quantity;
 
+use crate::backlog::Backlog;
 use crate::events::verdict;
 use crate::grading::{Graded, Prepared, Results, marks_csv};
 use crate::hand_in::{HandIn, seconds};
@@ -97,11 +98,7 @@ impl Trials {
 
     /// Simulates one tick, and further ticks as long as `has_time` returns true. Adds events.
     /// Returns false when all trials have ended, after which it must not be called.
-    pub fn advance(
-        &mut self,
-        events: &mut Vec<PageEvent>,
-        has_time: &mut dyn FnMut() -> bool,
-    ) -> bool {
+    pub fn advance(&mut self, events: &mut Backlog, has_time: &mut dyn FnMut() -> bool) -> bool {
         loop {
             if let Err(reason) = self.tick(events) {
                 events.push(PageEvent::refused(reason, None));
@@ -117,7 +114,7 @@ impl Trials {
         }
     }
 
-    fn tick(&mut self, events: &mut Vec<PageEvent>) -> Result<(), String> {
+    fn tick(&mut self, events: &mut Backlog) -> Result<(), String> {
         let (number, count, seeds) = (self.done, self.count(), self.seeds.len());
         let variant = self.variants.get(number / seeds).expect("a trial has not ended");
         let seed = self.seeds[number % seeds];
@@ -160,7 +157,7 @@ impl Trials {
     }
 
     /// Goes on to the next trial. After the last one, the marks of hand-ins are known.
-    fn end_trial(&mut self, events: &mut Vec<PageEvent>) {
+    fn end_trial(&mut self, events: &mut Backlog) {
         self.run = None;
         self.done += 1;
         let is_last = self.done == self.count();
@@ -169,7 +166,7 @@ impl Trials {
         }
     }
 
-    fn add_progress(&mut self, events: &mut Vec<PageEvent>) {
+    fn add_progress(&mut self, events: &mut Backlog) {
         // Between two trials no run has a part. A run may end at its first tick.
         let part = self.run.as_ref().map_or(0, |run| 100 * run.now() / run.end().max(1));
         let percent = (100 * self.done as u64 + part) / self.count() as u64;

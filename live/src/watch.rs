@@ -38,6 +38,11 @@ impl Watch {
         Watch { messages, quantity, ..Watch::default() }
     }
 
+    /// Returns true if the client wants messages.
+    pub fn has_messages(&self) -> bool {
+        self.messages
+    }
+
     /// Records the fate of a message at one robot.
     pub fn record(&mut self, fate: MessageFate, sender: usize, receiver: usize) {
         let [heard, collided, lost] = &mut self.fates;
@@ -46,7 +51,7 @@ impl Watch {
             MessageFate::Collided => collided,
             MessageFate::Lost => lost,
         };
-        if self.messages && list.len() < MESSAGES_MAX {
+        if list.len() < MESSAGES_MAX {
             list.push([sender, receiver]);
         }
     }

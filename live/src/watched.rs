@@ -10,6 +10,7 @@ use bittybuzz_arena::output::recording::{
 };
 use bittybuzz_fault::FaultDescription;
 
+use crate::backlog::{Backlog, Waiting};
 use crate::page_event::{
     BeginEvent, FaultConsequence, FaultEvent, GroupDescription, LogEvent, PageEvent, StateEvent,
 };
@@ -20,7 +21,7 @@ use crate::source::Source;
 const TICKS_PER_SECOND: f64 = 10.0;
 
 /// The number of past events that are kept for a page that connects later.
-const KEPT_EVENTS_MAX: usize = 1000;
+const KEPT_EVENTS_MAX: usize = 500;
 
 /// The radius of a robot in the picture and the distance from one to the next, in mm. The positions
 /// of the robots are not known.
@@ -59,8 +60,8 @@ pub struct Watched {
     kind: [String; 2],
     robots: Vec<(u16, RobotStatus)>,
     /// The last events of the robots, for a client that connects later.
-    kept: VecDeque<PageEvent>,
-    events: Vec<PageEvent>,
+    kept: VecDeque<Waiting>,
+    events: Backlog,
     samples: Samples,
     tick: u64,
     /// True if no more reports can come.
@@ -77,7 +78,7 @@ impl Watched {
             kind: [robot.to_owned(), script.to_owned()],
             robots: Vec::new(),
             kept: VecDeque::new(),
-            events: Vec::new(),
+            events: Backlog::default(),
             samples: Samples::NEW,
             tick: 0,
             is_over: false,
@@ -106,14 +107,15 @@ impl Watched {
                     false => FaultConsequence::Stop,
                 };
                 let (tick, robot) = (now, number);
-                PageEvent::Fault(FaultEvent { tick, robot, consequence, description })
+                let fault = FaultEvent { tick, robot, consequence, description };
+                Waiting::Event(PageEvent::Fault(fault))
             }
         };
         if self.kept.len() == KEPT_EVENTS_MAX {
             self.kept.pop_front();
         }
         self.kept.push_back(event.clone());
-        self.events.push(event);
+        self.events.add(event);
     }
 
     /// Returns the number of the robot with an id. A robot without a previous report is added,
@@ -148,8 +150,8 @@ impl Watched {
     }
 }
 
-fn line(tick: u64, robot: usize, text: String) -> PageEvent {
-    PageEvent::Log(LogEvent { tick, robot, text })
+fn line(tick: u64, robot: usize, text: String) -> Waiting {
+    Waiting::Line(LogEvent { tick, robot, text })
 }
 
 impl Source for Watched {
@@ -175,8 +177,9 @@ impl Source for Watched {
             groups: groups.collect(),
             ..BeginEvent::default()
         };
-        let begin = PageEvent::Begin(Box::new(begin));
-        self.events = std::iter::once(begin).chain(self.kept.iter().cloned()).collect();
+        self.events = Backlog::default();
+        self.events.push(PageEvent::Begin(Box::new(begin)));
+        self.kept.iter().for_each(|kept| self.events.add(kept.clone()));
         self.add_state();
     }
 
@@ -207,7 +210,7 @@ impl Source for Watched {
     }
 
     fn take_events(&mut self) -> Vec<PageEvent> {
-        std::mem::take(&mut self.events)
+        self.events.take()
     }
 
     fn take_sample(&mut self) -> Vec<u8> {

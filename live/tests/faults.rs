@@ -7,7 +7,7 @@ use bittybuzz_arena::run::Session;
 use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
 use serde_json::{Value, json};
 
-use crate::taken;
+use crate::{go_to, taken};
 
 /// Robot 4 reads past the end of its table in its tenth step, in tick 10.
 const SCRIPT: &str = "\
@@ -105,7 +105,7 @@ fn a_run_stops_at_an_error_if_it_is_asked_to() {
     let mut live = start(SCENARIO);
     let events = ask(&mut live, json!({ "play": {} }));
     assert_eq!((of_kind(&events, "stopped").len(), now(&live)), (0, 60));
-    live.request(&json!({ "go_to": { "tick": 0 } }).to_string(), Duration::ZERO);
+    go_to(&mut live, 0);
     live.request(&json!({ "stop_on_error": { "on": true } }).to_string(), Duration::ZERO);
     live.take_events();
     let events = ask(&mut live, json!({ "play": {} }));
@@ -155,7 +155,7 @@ fn an_inspection_has_the_memory_at_the_fault() {
     let mut live = start(SCENARIO);
     ask(&mut live, json!({ "inspect": { "robot": 4 } }));
     let inspected = |live: &mut Live, tick: u64| {
-        live.request(&json!({ "go_to": { "tick": tick } }).to_string(), Duration::ZERO);
+        go_to(live, tick);
         live.take_events();
         live.take_sample();
         of_kind(&taken(live), "inspection")[0].clone()

@@ -12,7 +12,7 @@ use bittybuzz_compiler::include::{Files, IncludeLoader, MemoryFiles};
 use bittybuzz_live::{Live, Source};
 use serde_json::{Value, json};
 
-use crate::taken;
+use crate::{go_to, taken};
 
 /// In step 5 robot 7 logs, in step 8 it divides by zero.
 const SCRIPT: &str = "n = 0 t = {.a = 1, .b = {.c = 2}}\n\
@@ -52,7 +52,11 @@ fn live() -> Live {
 }
 
 fn live_of(text: &str) -> Live {
-    let (files, models) = (files().with("s.toml", text), bittybuzz_robot_models::all());
+    live_in(files(), text)
+}
+
+fn live_in(files: MemoryFiles, text: &str) -> Live {
+    let (files, models) = (files.with("s.toml", text), bittybuzz_robot_models::all());
     let scenario = Scenario::open_in(&files, "s.toml".as_ref(), &[], &models).unwrap();
     let own = scenario.scripts().map(|(group, script)| program(&files, script, group));
     let programs: Vec<Program> = own.collect::<Result<_, _>>().unwrap();
@@ -120,12 +124,12 @@ fn samples_have_the_places_of_movable_discs() {
     assert_eq!(begin["obstacles"].as_array().unwrap().len(), 2);
     let mut known = Vec::new();
     assert_eq!(sample(&mut live, &mut known).movables, [[500, 0]]);
-    live.request(r#"{"go_to":{"tick":90}}"#, ms(0));
+    go_to(&mut live, 90);
     advance(&mut live, 200, ms(0));
     let pushed = sample(&mut live, &mut known).movables[0];
     // 3.5 mm of room, then half of the way: about 10 mm/s.
     assert!(pushed[0] > 700 && pushed[0] < 1100, "{pushed:?}");
-    live.request(r#"{"go_to":{"tick":0}}"#, ms(0));
+    go_to(&mut live, 0);
     advance(&mut live, 200, ms(0));
     assert_eq!(sample(&mut live, &mut known).movables, [[500, 0]]);
 }
@@ -211,7 +215,7 @@ fn samples_are_a_recording() {
     assert_eq!(second.robots[0].unwrap().led, 6);
     assert_ne!(first.robots[0].unwrap().x, second.robots[0].unwrap().x);
     // A step back starts a new recording.
-    live.request(r#"{"go_to":{"tick":3}}"#, ms(0));
+    go_to(&mut live, 3);
     let third = sample(&mut live, &mut known);
     assert_eq!((third.tick, third.robots[1].unwrap().led), (3, 2));
     // So does a new client.
@@ -227,8 +231,9 @@ fn faults_and_log_lines_are_queued_until_the_client_takes_them() {
     advance(&mut live, 30, ms(0));
     let all = taken(&mut live);
     let of = |kind: &str| all.iter().find(|event| event["event"] == kind).unwrap();
-    let line = json!({ "event": "log", "tick": 5, "robot": 1, "text": "n is 5" });
-    assert_eq!(of("log"), &line);
+    let line = json!({ "tick": 5, "robot": 1, "text": "n is 5" });
+    let logs = json!({ "event": "logs", "lost": 0, "lines": [line] });
+    assert_eq!(of("logs"), &logs);
     let fault = of("fault");
     assert_eq!((&fault["tick"], &fault["robot"]), (&json!(8), &json!(1)));
     assert_eq!((&fault["code"], &fault["consequence"]), (&json!("R0005"), &json!("pause")));
@@ -240,6 +245,57 @@ fn faults_and_log_lines_are_queued_until_the_client_takes_them() {
     // `at = 2`, and the end of `within = 3`.
     assert_eq!((&verdicts[0]["tick"], &verdicts[1]["tick"]), (&json!(20), &json!(30)));
     assert_eq!((&verdicts[1]["number"], &verdicts[1]["verdict"]), (&json!(1), &json!("failed")));
+}
+
+/// A client that takes nothing costs no memory: of 3,000 lines it gets the newest, and one state.
+#[test]
+fn lines_that_a_client_does_not_take_are_counted() {
+    let script = "n = 0\nfunction step() { n = n + 1 log(n) log(0 - n) }\n";
+    let text = SCENARIO.replace("duration = 10", "duration = 60");
+    let mut live = live_in(files().with("s.bzz", script), &text);
+    live.take_events();
+    for tick in 0..300 {
+        live.request(r#"{"step":{"ticks":1}}"#, ms(tick));
+        advance(&mut live, 1, ms(tick));
+    }
+    assert_eq!(now(&live), 300);
+    let all = taken(&mut live);
+    let logs: Vec<&Value> = all.iter().filter(|event| event["event"] == "logs").collect();
+    let count = |logs: &Value| logs["lines"].as_array().unwrap().len() as u64;
+    let lost: u64 = logs.iter().map(|logs| logs["lost"].as_u64().unwrap()).sum();
+    assert_eq!(logs.iter().copied().map(count).sum::<u64>(), 500);
+    assert_eq!(lost + 500, 2 * 2 * (now(&live) - 1));
+    let last = logs.last().unwrap()["lines"].as_array().unwrap().last().unwrap();
+    assert_eq!(last["tick"], now(&live) - 1);
+}
+
+/// The way to a tick is made of turns, which say how long it takes, and which a client may end.
+#[test]
+fn a_long_way_to_a_tick_says_how_long_it_takes() {
+    let mut live = live();
+    live.take_events();
+    live.request(r#"{"go_to":{"tick":40}}"#, ms(0));
+    assert!(advance(&mut live, 10, ms(0)));
+    assert!(events(&mut live, "seeking").is_empty(), "the way has just begun");
+    assert!(advance(&mut live, 10, ms(1000)));
+    let seeking = json!({ "event": "seeking", "tick": 40, "left": 1.0 });
+    assert_eq!(events(&mut live, "seeking"), [seeking]);
+    // A command would act somewhere on the way.
+    live.request(&json!({ "command": { "text": "fail = 0" } }).to_string(), ms(1000));
+    assert!(refusal(&mut live).contains("pause it"));
+    live.request("\"pause\"", ms(1000));
+    assert!(!advance(&mut live, 10, ms(1001)));
+    assert_eq!((now(&live), &events(&mut live, "state")[0]["tick"]), (20, &json!(20)));
+    // Another way replaces the first, and the state follows its end.
+    live.request(r#"{"go_to":{"tick":40}}"#, ms(2000));
+    advance(&mut live, 1, ms(2000));
+    live.request(r#"{"go_to":{"tick":30}}"#, ms(2000));
+    assert!(!advance(&mut live, 100, ms(2000)));
+    let states = events(&mut live, "state");
+    assert_eq!(
+        (states.len(), &states[0]["tick"], &states[0]["plays"]),
+        (1, &json!(30), &json!(false))
+    );
 }
 
 #[test]
@@ -329,7 +385,7 @@ fn a_change_of_lamps_is_an_event() {
     advance(&mut live, 1, ms(0));
     let changed = events(&mut live, "conditions");
     assert_eq!(changed[0]["lights"], json!([{ "at": [5.0, 6.0], "brightness": 7.0 }]));
-    live.request(r#"{"go_to":{"tick":0}}"#, ms(0));
+    go_to(&mut live, 0);
     assert_eq!(events(&mut live, "conditions")[0]["lights"][0]["at"], json!([100.0, 100.0]));
 }
 
@@ -337,7 +393,7 @@ fn a_change_of_lamps_is_an_event() {
 fn the_digest_of_a_tick_is_equal_after_a_step_back() {
     let mut live = live();
     let mut digest_at = |tick: u64| {
-        live.request(&json!({ "go_to": { "tick": tick } }).to_string(), ms(0));
+        go_to(&mut live, tick);
         live.request(r#""digest""#, ms(0));
         let event = events(&mut live, "digest").pop().unwrap();
         assert_eq!(event["tick"], tick);
@@ -353,7 +409,7 @@ fn an_inspection_has_the_fault_of_the_robot() {
     let mut live = live();
     live.request(r#"{"inspect":{"robot":1}}"#, ms(0));
     assert_eq!(events(&mut live, "inspection")[0]["fault"], Value::Null);
-    live.request(r#"{"go_to":{"tick":10}}"#, ms(0));
+    go_to(&mut live, 10);
     live.take_sample();
     let fault = &events(&mut live, "inspection")[0]["fault"];
     assert_eq!((&fault["code"], &fault["tick"]), (&json!("R0005"), &json!(8)));
@@ -445,7 +501,7 @@ fn a_run_that_is_played_at_its_end_starts_again() {
 #[test]
 fn commands_at_the_end_are_refused_with_advice() {
     let mut live = live();
-    live.request(r#"{"go_to":{"tick":100}}"#, ms(0));
+    go_to(&mut live, 100);
     let commands = [
         "fail = 6",
         "stop = 6",

@@ -64,11 +64,11 @@ fn a_robot_is_added_with_its_first_report() {
     sender.send(report(9, 1.5, ReportContent::Line("n is 5".to_owned()))).unwrap();
     let got = events(&mut watched);
     let kinds: Vec<&str> = got.iter().map(|event| event["event"].as_str().unwrap()).collect();
-    assert_eq!(kinds, ["begin", "log", "state", "log"]);
+    assert_eq!(kinds, ["begin", "logs", "state", "logs"]);
     let ids: Vec<&Value> =
         got[0]["groups"].as_array().unwrap().iter().map(|group| &group["first_id"]).collect();
     assert_eq!(ids, [&json!(7), &json!(9)]);
-    assert_eq!((&got[3]["robot"], &got[3]["tick"]), (&json!(1), &json!(15)));
+    assert_eq!(got[3]["lines"], json!([{ "robot": 1, "tick": 15, "text": "n is 5" }]));
 }
 
 #[test]
@@ -98,9 +98,11 @@ fn a_client_that_connects_later_receives_the_last_events() {
     events(&mut watched);
     watched.begin();
     let got = taken(&mut watched);
-    let lines: Vec<&Value> =
-        got.iter().filter(|event| event["event"] == "log").map(|event| &event["text"]).collect();
-    assert_eq!((lines.len(), lines[0], lines[999]), (1000, &json!("500"), &json!("1499")));
+    let logs: Vec<&Value> = got.iter().filter(|event| event["event"] == "logs").collect();
+    let [logs] = &logs[..] else { panic!("{logs:?}") };
+    let lines = logs["lines"].as_array().unwrap();
+    assert_eq!((lines.len(), &lines[0]["text"]), (500, &json!("1000")));
+    assert_eq!(lines[499]["text"], "1499");
 }
 
 #[test]
@@ -110,7 +112,7 @@ fn requests_are_refused_and_the_end_is_an_event() {
         sender.send(report(u16::MAX, seconds, ReportContent::Line(String::new()))).unwrap();
     }
     watched.request("{\"play\":{}}", Duration::ZERO);
-    assert!(events(&mut watched).iter().any(|event| event["event"] == "log"));
+    assert!(events(&mut watched).iter().any(|event| event["event"] == "logs"));
     drop(sender);
     let got = events(&mut watched);
     assert_eq!((&got[0]["event"], &got[0]["over"]), (&json!("state"), &json!(true)));

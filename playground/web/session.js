@@ -106,11 +106,15 @@ export function connect({ onEvent, onSample, onEnd }) {
             if ("isReady" in data) {
                 addEventListener("hashchange", show);
                 show();
-            } else if ("sample" in data) {
-                onSample(data.sample);
-                send({ isSampled: true });
             } else {
-                onEvent(data.event.event === "begin" ? offering(data.event) : data.event);
+                try {
+                    data.events.forEach((event) => onEvent(event.event === "begin" ? offering(event) : event));
+                    if (data.sample) {
+                        onSample(data.sample);
+                    }
+                } finally {
+                    send({ isTaken: true });
+                }
             }
         };
         // A broken invariant traps in the module, which has neither texts nor places of its source.

@@ -1,5 +1,5 @@
 // Runs a session in the WebAssembly module in a thread of its own, so that the page never waits. It sends what the server of `bbz sim --view` sends:
-// all events, and a sample when the page has taken the last one.
+// events, and a sample if there is a new one, when the page has taken the last ones.
 
 /**
  * @import { FromWorker, Texts, ToWorker } from "./page"
@@ -79,11 +79,11 @@ function open(scenario, own) {
     }
     const reason = text();
     if (Object.keys(own).length === 0) {
-        report({ event: { event: "failed", text: reason } });
+        report({ events: [{ event: "failed", text: reason }] });
     } else {
         // The example runs, and the editor has the scripts.
         open(scenario, {});
-        report({ event: { event: "offered", scripts: own } });
+        report({ events: [{ event: "offered", scripts: own }] });
     }
 }
 
@@ -103,18 +103,27 @@ function turn() {
 }
 
 function send() {
-    exports.take_events();
-    for (const event of JSON.parse(text())) {
-        plays = event.event === "state" ? event.plays : plays;
-        report({ event });
+    if (!isReady) {
+        return;
     }
     const tick = exports.tick();
-    if (isReady && sampled !== tick) {
-        isReady = false;
+    let sample;
+    if (sampled !== tick) {
         sampled = tick;
         exports.take_sample();
-        const sample = output().slice();
-        report({ sample }, [sample.buffer]);
+        sample = output().slice();
+    }
+    exports.take_events();
+    const events = JSON.parse(text());
+    for (const event of events) {
+        plays = event.event === "state" ? event.plays : plays;
+    }
+    if (sample) {
+        isReady = false;
+        report({ events, sample }, [sample.buffer]);
+    } else if (events.length > 0) {
+        isReady = false;
+        report({ events });
     }
 }
 

@@ -25,6 +25,10 @@ use super::settings::WorldSettings;
 use super::statistics::WorldStatistics;
 use super::stream::{Stream, StreamPurpose};
 
+/// Bytes of a body, of its last frames and of its place among its neighbors, measured with Zooids
+/// and with Crazyflies that fly.
+const BODY_BYTES: usize = 512;
+
 /// Robots with brains of type `B`, and their surroundings.
 #[derive(Clone, Debug)]
 pub struct World<B> {
@@ -406,15 +410,20 @@ impl<B: Brain> World<B> {
         self.frame_log.get_or_insert_default();
     }
 
-    /// Returns true while the world records frames.
-    #[must_use]
-    pub fn is_watched(&self) -> bool {
-        self.frame_log.is_some()
-    }
-
     /// Returns the frames since [`watch`](Self::watch) and stops recording.
     pub fn take_frame_log(&mut self) -> FrameLog {
         self.frame_log.take().map_or_else(FrameLog::default, |log| *log)
+    }
+
+    /// Uses the threads of another world from now on.
+    pub fn share_threads(&mut self, other: &Self) {
+        self.pool = other.pool.clone();
+    }
+
+    /// Returns about how many bytes a robot takes in addition to its brain.
+    #[must_use]
+    pub fn bytes_per_body(&self) -> usize {
+        BODY_BYTES + size_of::<EngineRobot>() + size_of::<Pose>() + size_of::<Option<Pose>>()
     }
 
     /// Returns the counters since the world began.

@@ -19,7 +19,7 @@ use super::log::{LogLine, News, Piece};
 use super::machine::{self, Machine};
 use super::model::RobotModel;
 use super::overruns::Overrun;
-use super::seen::SeenEvent;
+use super::seen::{Interest, SeenEvent};
 use super::state::{PendingSetting, RobotContext, ScriptStage};
 
 /// The program that a robot runs.
@@ -265,8 +265,8 @@ impl SimRobot {
     }
 
     /// Records events from now on, until [`take_seen`](Self::take_seen).
-    pub(crate) fn watch(&mut self) {
-        self.state.seen.get_or_insert_default();
+    pub(crate) fn watch(&mut self, interest: Interest) {
+        self.state.seen.get_or_insert_default().interest = interest;
     }
 
     /// Returns the events since [`watch`](Self::watch) and stops recording.
@@ -277,6 +277,13 @@ impl SimRobot {
     /// Removes and returns the lines that the script logged.
     pub fn take_log(&mut self) -> Vec<LogLine> {
         std::mem::take(&mut self.state.memory.logged)
+    }
+
+    /// Returns about how many bytes the robot takes.
+    pub fn bytes(&self) -> usize {
+        let machine = self.machine().map_or(0, Machine::bytes);
+        let autopilot = self.state.memory.autopilot.as_ref();
+        machine + autopilot.map_or(0, |autopilot| size_of_val(&**autopilot)) + size_of::<Self>()
     }
 
     /// Returns a global of the script, or the value to which `keys` lead in its tables.

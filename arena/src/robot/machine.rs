@@ -38,10 +38,16 @@ use paged::GrowingImage;
 const TINY: [usize; 2] = if cfg!(target_family = "wasm") { [512, 512] } else { FULL };
 const FULL: [usize; 2] = if cfg!(target_family = "wasm") { [4096, 4096] } else { [1024, 4096] };
 
+/// Bytes of a slot of the machines whose memory grows.
+const SLOT_BYTES: usize = 5;
+
 /// A virtual machine and its queues of frames.
 pub trait Machine {
     /// Returns a copy of the machine and its queues that continues exactly as the original would.
     fn copy(&self) -> Box<dyn Machine + Send>;
+
+    /// Returns about how many bytes the machine takes.
+    fn bytes(&self) -> usize;
 
     /// Adds the state and the frames in the queues to a digest.
     fn add_to(&self, digest: &mut Digest);
@@ -320,6 +326,12 @@ where
         Box::new(self.clone())
     }
 
+    fn bytes(&self) -> usize {
+        // Slots of machines whose memory grows lie elsewhere.
+        let elsewhere = if SLOTS == SLOTS_MAX { SLOTS - self.vm.free_slots() } else { 0 };
+        size_of_val(self) + SLOT_BYTES * elsewhere
+    }
+
     fn add_to(&self, digest: &mut Digest) {
         self.vm.hash_state(digest);
         self.inbox.add_to(digest);
@@ -340,8 +352,9 @@ where
                 state.start(io.led);
             }
         }
-        if let Some(seen) = &mut state.seen {
-            seen.events.extend(self.take_frames(io, state.context.profile));
+        let profile = state.context.profile;
+        if let Some(seen) = state.seen_frames() {
+            seen.events.extend(self.take_frames(io, profile));
         } else {
             for frame in io.inbox.iter() {
                 self.inbox.push(frame.bytes, frame.sighting, self.vm.unwanted_topics());

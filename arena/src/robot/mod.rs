@@ -45,4 +45,4 @@ pub use post_mortem::PostMortem;
 pub use program::ProgramId;
 pub(crate) use queue::QUEUED_MAX;
 pub(crate) use seen::SeenEvent;
-pub use seen::{CallResult, FunctionCall};
+pub use seen::{CallResult, FunctionCall, Interest};

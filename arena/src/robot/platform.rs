@@ -86,7 +86,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         if let Err(fault) = accepting(&[function], &arguments) {
             *refusal = Some(accepted_lists(&[function]));
             if let Some(seen) = seen {
-                seen.call(&function.name, pieces(&arguments), CallResult::Refused(fault));
+                seen.call(&function.name, || pieces(&arguments), CallResult::Refused(fault));
             }
             return Err(fault);
         }
@@ -125,7 +125,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
             // recorded. No script calls those that read values.
             let goes_on = again && done == Done::Wait;
             if !goes_on && !function.is_reader() {
-                seen.call(&function.name, pieces(), result_of(&reply));
+                seen.call(&function.name, pieces, result_of(&reply));
             }
         }
         reply
@@ -187,7 +187,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
         *self.has_unsent = true;
         let dropped = self.outbox.dropped();
         let is_sent = self.outbox.push_content(robot, content);
-        if let Some(seen) = &mut self.state.seen
+        if let Some(seen) = self.state.seen_frames()
             && self.outbox.dropped() != dropped
         {
             let (content, number) = (content.get(..1).unwrap_or(&[]), 0);
@@ -199,7 +199,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
 
     fn send(&mut self, frame: &[u8]) {
         *self.has_unsent = true;
-        match &mut self.state.seen {
+        match self.state.seen_frames() {
             None => self.outbox.push(frame),
             Some(seen) => send_observed(self.outbox, seen, frame),
         }

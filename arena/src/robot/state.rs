@@ -272,6 +272,11 @@ impl RobotContext {
         self.faults().add(record);
     }
 
+    /// Returns the record of events, if an observer uses those of frames.
+    pub fn seen_frames(&mut self) -> Option<&mut Seen> {
+        self.seen.as_deref_mut().filter(|seen| seen.interest.frames)
+    }
+
     /// Stores a line that the script logged, and reports it to observers.
     pub fn log(&mut self, line: LogLine) {
         if let Some(seen) = &mut self.seen {

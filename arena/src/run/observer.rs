@@ -1,10 +1,11 @@
 //! The events of a run that an observer sees: frames, faults, logs and calls of robot functions.
 //!
 //! A run records these events only in ticks that are observed
-//! ([`Simulation::tick_observed`](super::Simulation::tick_observed)).
+//! ([`Simulation::tick_observed`](super::Simulation::tick_observed)), and only those in which the
+//! observer has an [`Interest`].
 
 use crate::engine::{Arrival, Fate, FrameLog, LossCause, Medium, RobotId, SendAttempt, SentFrame};
-use crate::robot::{FunctionCall, LogLine, PostMortem, SeenEvent};
+use crate::robot::{FunctionCall, Interest, LogLine, PostMortem, SeenEvent};
 
 /// A receiver of a run's events: a web page, a debugger or a recorder.
 ///
@@ -20,6 +21,9 @@ use crate::robot::{FunctionCall, LogLine, PostMortem, SeenEvent};
 /// For robots that run their firmware in an emulator, it receives only the faults and logs that the
 /// firmware reports. The emulator does not expose their frames and the calls of their scripts.
 pub trait Observer {
+    /// Returns the events that the observer uses in the next tick, besides log lines and faults.
+    fn interest(&self) -> Interest;
+
     /// Receives an event.
     fn see(&mut self, event: ObservedEvent<'_>);
 }

@@ -10,20 +10,36 @@ use super::simulation::Simulation;
 use super::summary::Summary;
 use crate::robot::LogLine;
 
+/// The greatest number of bytes that the copies of a session take.
+pub const COPIES_BYTES: usize = 256_000_000;
+
 /// A run, and copies of its earlier states at ticks that are equally far apart. To reach a later
 /// tick, a session simulates again from a copy, which gives the same state bit for bit.
 ///
 /// A copy takes as much memory as the run: about 3 kB for each robot in a world of 20,000, and 9 kB
-/// in one of 1,000.
+/// in one of 1,000. All copies together take at most [`COPIES_BYTES`], so a larger world has fewer
+/// of them and longer ways to go. A world of which not even the beginning fits is built again.
 pub struct Session {
     run: Simulation,
-    /// The copies by time, the first from the start of the session. Empty for a run with emulated
-    /// robots, whose state cannot be copied.
+    beginning: Beginning,
+    /// The copies by time, the first from the start of the session if it fits.
     copies: Vec<Simulation>,
     /// The number of ticks from one copy to the next.
     every: u64,
-    /// The greatest number of copies, at least 2.
+    /// The greatest number of copies.
     most: usize,
+    /// The greatest number of bytes of all copies.
+    bytes_max: usize,
+}
+
+/// The state with which a session began.
+enum Beginning {
+    /// The run without commands before its first tick, which can be built again.
+    Built,
+    /// Another state, of which the first copy is kept however large it is.
+    Copied,
+    /// Robots run in emulators, whose state cannot be copied.
+    Emulated,
 }
 
 /// A reason why a session cannot be taken to a tick.
@@ -53,11 +69,31 @@ impl std::error::Error for NoWayBack {}
 
 impl Session {
     /// Returns a session that begins with the current state of a run, and keeps at most `most`
-    /// copies, but at least 2.
+    /// copies.
     #[must_use]
     pub fn new(run: Simulation, most: usize) -> Self {
-        let copies = run.snapshot().into_iter().collect();
-        Session { run, copies, every: 1, most: most.max(2) }
+        Session::with_bytes(run, most, COPIES_BYTES)
+    }
+
+    /// Returns a session as [`new`](Self::new) does, whose copies take at most `bytes_max` bytes.
+    #[must_use]
+    pub fn with_bytes(run: Simulation, most: usize, bytes_max: usize) -> Self {
+        let is_first = run.now() == 0 && run.command_list().next().is_none();
+        let first = run.snapshot();
+        let beginning = match first {
+            None => Beginning::Emulated,
+            Some(_) if is_first => Beginning::Built,
+            Some(_) => Beginning::Copied,
+        };
+        let mut session = Session { run, beginning, copies: Vec::new(), every: 1, most, bytes_max };
+        session.copies.extend(first.filter(|_| session.copies_max() > 0));
+        session
+    }
+
+    /// Returns the number of copies for which there is room now.
+    fn copies_max(&self) -> usize {
+        let least = usize::from(matches!(self.beginning, Beginning::Copied));
+        self.most.min(self.bytes_max / self.run.copy_bytes().max(1)).max(least)
     }
 
     /// Returns the run in its current state.
@@ -65,9 +101,10 @@ impl Session {
         &self.run
     }
 
-    /// Returns the greatest number of copies.
-    pub fn most_copies(&self) -> usize {
-        self.most
+    /// Returns a session of another run with the limits of this one.
+    #[must_use]
+    pub fn anew(&self, run: Simulation) -> Self {
+        Session::with_bytes(run, self.most, self.bytes_max)
     }
 
     /// Keeps the content of each robot's machine at its last fault from now on, as
@@ -115,33 +152,50 @@ impl Session {
     /// Goes back or forward to a tick, but not beyond the end of the run. After a step back, later
     /// commands act again at their times, until a new command replaces them.
     pub fn go_to(&mut self, tick: u64) -> Result<(), NoWayBack> {
-        let now = self.run.now();
-        let nearest = self.copies.iter().rfind(|copy| copy.now() <= tick);
-        let is_nearer = |copy: &&Simulation| tick < now || copy.now() > now;
-        if let Some(copy) = nearest.filter(is_nearer) {
-            let mut taken = copy.snapshot().ok_or(NoWayBack::Emulated)?;
-            taken.copy_commands(&self.run);
-            self.run = taken;
-        } else if tick < now {
-            let first = self.copies.first().map(Simulation::now);
-            return Err(first.map_or(NoWayBack::Emulated, NoWayBack::BeforeBeginning));
-        }
+        self.approach(tick)?;
         while self.run.now() < tick && !self.run.is_over() {
-            self.tick().map_err(NoWayBack::Firmware)?;
-            self.run.take_log();
+            self.advance_unseen().map_err(NoWayBack::Firmware)?;
         }
         Ok(())
     }
 
-    /// Takes a copy if one is due. If there are then too many copies, every second one is dropped.
+    /// Goes to the known state before a tick from which the way to the tick is the shortest.
+    /// [`advance_unseen`](Self::advance_unseen) does the rest of the way.
+    pub fn approach(&mut self, tick: u64) -> Result<(), NoWayBack> {
+        let now = self.run.now();
+        let nearest = self.copies.iter().rfind(|copy| copy.now() <= tick);
+        let is_nearer = |copy: &&Simulation| tick < now || copy.now() > now;
+        let mut taken = match nearest.filter(is_nearer) {
+            Some(copy) => copy.snapshot().ok_or(NoWayBack::Emulated)?,
+            None if tick >= now => return Ok(()),
+            None => match self.beginning {
+                Beginning::Built => self.run.anew(),
+                Beginning::Emulated => return Err(NoWayBack::Emulated),
+                Beginning::Copied => {
+                    let first = self.copies.first().expect("its beginning is always kept");
+                    return Err(NoWayBack::BeforeBeginning(first.now()));
+                }
+            },
+        };
+        taken.copy_commands(&self.run);
+        self.run = taken;
+        Ok(())
+    }
+
+    /// Simulates 100 ms whose log lines nobody gets.
+    pub fn advance_unseen(&mut self) -> Result<(), FirmwareError> {
+        self.tick()?;
+        self.run.take_log();
+        Ok(())
+    }
+
+    /// Takes a copy if one is due. If there is no room for it, every second copy is dropped.
     fn keep(&mut self) {
-        // A run with emulated robots has no copies.
-        let Some(last) = self.copies.last() else { return };
-        if self.run.now() < last.now() + self.every {
+        if matches!(self.beginning, Beginning::Emulated) || !self.is_copy_due() {
             return;
         }
-        self.copies.extend(self.run.snapshot());
-        if self.copies.len() > self.most {
+        let most = self.copies_max();
+        while self.copies.len() >= most && self.copies.len() > 1 {
             let mut number = 0;
             self.copies.retain(|_| {
                 number += 1;
@@ -149,5 +203,15 @@ impl Session {
             });
             self.every *= 2;
         }
+        if self.copies.len() > most {
+            // Robots have joined, and not even the first copy fits any more.
+            self.copies.clear();
+        } else if self.copies.len() < most && self.is_copy_due() {
+            self.copies.extend(self.run.snapshot());
+        }
+    }
+
+    fn is_copy_due(&self) -> bool {
+        self.copies.last().is_none_or(|last| self.run.now() >= last.now() + self.every)
     }
 }

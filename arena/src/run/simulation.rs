@@ -39,8 +39,8 @@ use crate::engine::{
 };
 use crate::robot::checks::Findings;
 use crate::robot::{
-    BatteryState, FaultCounts, LogLine, News, PoseError, PostMortem, ProgramId, ScriptNumber,
-    SimRobot,
+    BatteryState, FaultCounts, Interest, LogLine, News, PoseError, PostMortem, ProgramId,
+    ScriptNumber, SimRobot,
 };
 use crate::scenario::{
     Adversary, Backend, Quantity, Reduction, ScenarioCause, ScenarioError, Selection, Swarm,
@@ -88,6 +88,8 @@ pub struct Simulation {
     end: u64,
     /// True if robots keep the content of their machines at a fault.
     keeps_post_mortems: bool,
+    /// The events that the observer of the current tick uses; `None` in a tick without an observer.
+    interest: Option<Interest>,
 }
 
 impl Simulation {
@@ -133,6 +135,7 @@ impl Simulation {
             news: News::default(),
             end: tick_at(scenario.world.duration),
             keeps_post_mortems: false,
+            interest: None,
         };
         let mut number = 0;
         for group in &scenario.groups {
@@ -172,7 +175,25 @@ impl Simulation {
             news,
             end: self.end,
             keeps_post_mortems: self.keeps_post_mortems,
+            interest: None,
         })
+    }
+
+    /// Returns about how many bytes a [`snapshot`](Self::snapshot) takes.
+    pub(super) fn copy_bytes(&self) -> usize {
+        let brains: usize = self.world.brains().map(SimRobot::bytes).sum();
+        brains + self.world.len() * self.world.bytes_per_body() + size_of::<Self>()
+    }
+
+    /// Returns the run before its first tick, with the scripts that commands have loaded since.
+    pub(super) fn anew(&self) -> Self {
+        let anew = Simulation::new(self.setup.clone(), self.seed, 1);
+        let mut anew = anew.expect("the run began with the same scenario");
+        anew.world.share_threads(&self.world);
+        if self.keeps_post_mortems {
+            anew.keep_post_mortems();
+        }
+        anew
     }
 
     /// Copies the commands of a later state of the same run, and the scripts that they load, so
@@ -334,14 +355,20 @@ impl Simulation {
         Ok(())
     }
 
-    /// Simulates 100 ms as [`tick`](Self::tick) does, and then passes its events to an observer.
+    /// Simulates 100 ms as [`tick`](Self::tick) does, and then passes the events that an observer
+    /// uses to it.
     /// Observation does not change the run, bit for bit. A tick that fails passes the events up to
     /// the failure.
     pub fn tick_observed(&mut self, observer: &mut dyn Observer) -> Result<(), FirmwareError> {
         let tick = self.world.now();
-        self.world.watch();
-        self.world.brains_mut().for_each(SimRobot::watch);
+        let interest = observer.interest();
+        if interest.frames {
+            self.world.watch();
+        }
+        self.world.brains_mut().for_each(|robot| robot.watch(interest));
+        self.interest = Some(interest);
         let outcome = self.tick();
+        self.interest = None;
         let frames = self.world.take_frame_log();
         let robots = self.world.brains_mut().map(SimRobot::take_seen).collect();
         let (numbers, count) = (self.event_queue.numbers(), self.robot_count());
@@ -601,8 +628,8 @@ impl Simulation {
             // From percent to millionths.
             robot.skew_clock(((slowest + (fastest - slowest) * share) * 1e4).round() as i32);
         }
-        if self.world.is_watched() {
-            robot.watch();
+        if let Some(interest) = self.interest {
+            robot.watch(interest);
         }
         if self.keeps_post_mortems {
             robot.keep_post_mortem();

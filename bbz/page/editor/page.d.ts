@@ -92,5 +92,5 @@ export type ToWorker =
     | { module: ArrayBuffer; files: Texts }
     | { open: string; files?: Texts }
     | { request: Request }
-    | { isSampled: true };
-export type FromWorker = { isReady: true } | { event: ShownEvent } | { sample: Uint8Array };
+    | { isTaken: true };
+export type FromWorker = { isReady: true } | { events: ShownEvent[]; sample?: Uint8Array };

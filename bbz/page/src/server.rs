@@ -21,6 +21,7 @@ use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpListener;
 use tokio::runtime::Builder;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::assets;
 use crate::door::Door;
@@ -44,34 +45,62 @@ const TAKE_OVER: &str = "take over";
 /// does not handle requests.
 const PING: &str = "ping";
 
+/// A message of a client that has handled a batch. Before it, the session sends no other sample, and no other events than
+/// the answers of requests.
+const TAKEN: &str = "taken";
+
+/// The greatest number of requests of a client that have no answer yet. The server reads no further ones: the system
+/// then lets the client wait.
+const UNANSWERED_MAX: usize = 8;
+
+/// The greatest number of connected clients.
+const CLIENTS_MAX: usize = 16;
+
 /// The page may run its own scripts and connect to its own server, and nothing else.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; \
     base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// The place of a request among those of its client that have no answer yet, which becomes free when this value is dropped.
+pub type Unanswered = OwnedSemaphorePermit;
 
 /// An event of a client, which is one opened page.
 pub enum ClientEvent {
     /// The client has connected; it receives messages from this channel.
     Connected(UnboundedSender<ToClient>),
-    Request(String),
+    Request(String, Unanswered),
     /// The client asks for a [`ToClient::Pong`].
-    Ping,
+    Ping(Unanswered),
     /// The client, which waits, asks for the session.
-    TakeOver,
-    /// The last sample was sent to the client.
-    SampleSent,
+    TakeOver(Unanswered),
+    /// The client has handled a batch.
+    Taken,
     Disconnected,
 }
 
 /// A message to a client.
 pub enum ToClient {
-    /// An event, as JSON.
-    Event(String),
-    /// A sample, as binary data.
-    Sample(Vec<u8>),
+    Batch(Batch),
     /// The session handles requests.
-    Pong,
+    Pong(Unanswered),
     /// Another client has the session now.
     Wait,
+}
+
+/// Events, and a sample if there is a new one. The client answers with [`TAKEN`].
+#[derive(Default)]
+pub struct Batch {
+    /// The events as JSON, which answer these requests.
+    pub events: Vec<String>,
+    pub answered: Vec<Unanswered>,
+    pub sample: Option<Vec<u8>>,
+}
+
+impl Batch {
+    /// Returns the text that a client receives, before the sample if there is one.
+    fn text(&self) -> String {
+        let (events, has_sample) = (self.events.join(","), self.sample.is_some());
+        format!("{{\"events\":[{events}],\"has_sample\":{has_sample}}}")
+    }
 }
 
 /// A reason why a page cannot be served.
@@ -109,6 +138,8 @@ struct Shared {
     events: Sender<(u64, ClientEvent)>,
     /// The number of clients that have connected.
     count: Arc<AtomicU64>,
+    /// The places for clients.
+    places: Arc<Semaphore>,
 }
 
 impl Page {
@@ -123,12 +154,13 @@ impl Page {
         let url = door.url();
         let (sender, events) = channel();
         let count = Arc::default();
-        let shared = Arc::new(Shared { door, events: sender, count: Arc::clone(&count) });
+        let places = Arc::new(Semaphore::new(CLIENTS_MAX));
+        let shared = Shared { door, events: sender, count: Arc::clone(&count), places };
         let router = Router::new()
             .route("/{secret}/", get(index))
             .route("/{secret}/socket", get(socket))
             .route("/{secret}/{name}", get(file))
-            .with_state(shared);
+            .with_state(Arc::new(shared));
         let thread = thread::Builder::new().name("page".to_owned());
         let serve = accept(listener, router);
         thread.spawn(move || runtime.block_on(serve)).map_err(PageError::Server)?;
@@ -211,8 +243,14 @@ async fn socket(
     if !shared.door.admits(&secret, &headers) {
         return StatusCode::NOT_FOUND.into_response();
     }
+    let Ok(place) = Arc::clone(&shared.places).try_acquire_owned() else {
+        return StatusCode::SERVICE_UNAVAILABLE.into_response();
+    };
     let upgrade = upgrade.max_message_size(REQUEST_BYTES_MAX).max_frame_size(REQUEST_BYTES_MAX);
-    upgrade.on_upgrade(move |socket| serve(socket, shared))
+    upgrade.on_upgrade(async move |socket| {
+        serve(socket, shared).await;
+        drop(place);
+    })
 }
 
 /// Serves one client until it disconnects or the session is over.
@@ -220,6 +258,7 @@ async fn serve(mut socket: WebSocket, shared: Arc<Shared>) {
     let number = shared.count.fetch_add(1, Ordering::Relaxed);
     // Returns false once the session is over.
     let report = |event| shared.events.send((number, event)).is_ok();
+    // The session puts one batch into this channel, and more for answers alone.
     let (sender, messages) = unbounded_channel();
     if report(ClientEvent::Connected(sender)) {
         exchange(&mut socket, messages, report).await;
@@ -233,40 +272,70 @@ async fn exchange(
     mut messages: UnboundedReceiver<ToClient>,
     report: impl Fn(ClientEvent) -> bool,
 ) {
+    let unanswered = Arc::new(Semaphore::new(UNANSWERED_MAX));
+    // A message that waits until the session has room for it.
+    let mut request: Option<String> = None;
+    // The number of batches that the client has not taken.
+    let mut untaken = 0_u64;
     loop {
         tokio::select! {
-            received = socket.recv() => match received {
-                Some(Ok(Message::Text(text))) => {
-                    let event = match text.as_str() {
-                        PING => ClientEvent::Ping,
-                        TAKE_OVER => ClientEvent::TakeOver,
-                        request => ClientEvent::Request(request.to_owned()),
-                    };
-                    if !report(event) {
-                        return;
+            received = socket.recv(), if request.is_none() => match received {
+                // This needs no room, because there is one for each batch.
+                Some(Ok(Message::Text(text))) if text.as_str() == TAKEN => {
+                    if untaken > 0 {
+                        untaken -= 1;
+                        if !report(ClientEvent::Taken) {
+                            return;
+                        }
                     }
                 }
+                Some(Ok(Message::Text(text))) => request = Some(text.to_string()),
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 // Axum answers pings; no other message is a request.
                 Some(Ok(_)) => {}
             },
+            place = Arc::clone(&unanswered).acquire_owned(), if request.is_some() => {
+                let place = place.expect("this semaphore is never closed");
+                let text = request.take().unwrap_or_default();
+                let event = match text.as_str() {
+                    PING => ClientEvent::Ping(place),
+                    TAKE_OVER => ClientEvent::TakeOver(place),
+                    _ => ClientEvent::Request(text, place),
+                };
+                if !report(event) {
+                    return;
+                }
+            }
             message = messages.recv() => {
-                let is_sample = matches!(message, Some(ToClient::Sample(_)));
-                let message = match message {
+                // Sending waits until a slow client has room.
+                let is_sent = match message {
                     // The session is over.
                     None => return,
-                    Some(ToClient::Pong) => Message::Text(PING.into()),
-                    Some(ToClient::Wait) => Message::Text(WAIT.into()),
-                    Some(ToClient::Event(text)) => Message::Text(text.into()),
-                    Some(ToClient::Sample(bytes)) => Message::Binary(bytes.into()),
+                    Some(ToClient::Pong(place)) => {
+                        let is_sent = socket.send(Message::Text(PING.into())).await;
+                        drop(place);
+                        is_sent
+                    }
+                    Some(ToClient::Wait) => socket.send(Message::Text(WAIT.into())).await,
+                    Some(ToClient::Batch(batch)) => {
+                        untaken += 1;
+                        send(socket, batch).await
+                    }
                 };
-                // Sending waits until a slow client has room.
-                if socket.send(message).await.is_err()
-                    || (is_sample && !report(ClientEvent::SampleSent))
-                {
+                if is_sent.is_err() {
                     return;
                 }
             }
         }
     }
+}
+
+/// Sends a batch: a text with its events, and its sample.
+async fn send(socket: &mut WebSocket, batch: Batch) -> Result<(), axum::Error> {
+    socket.send(Message::Text(batch.text().into())).await?;
+    if let Some(bytes) = batch.sample {
+        socket.send(Message::Binary(bytes.into())).await?;
+    }
+    drop(batch.answered);
+    Ok(())
 }

@@ -1,12 +1,11 @@
 //! Runs a session or a recording in the caller's thread, controlled by the page.
 
-use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
 use bittybuzz_live::{Defect, DefectEvent, PageEvent, Source};
 use tokio::sync::mpsc::UnboundedSender;
 
-use crate::server::{ClientEvent, Page, ToClient};
+use crate::server::{Batch, ClientEvent, Page, ToClient, Unanswered};
 
 /// The longest time that a run advances before requests are read.
 const TURN: Duration = Duration::from_millis(12);
@@ -15,6 +14,9 @@ const TURN: Duration = Duration::from_millis(12);
 /// rest.
 const PULSE: Duration = Duration::from_millis(15);
 
+/// The greatest number of events of clients in a turn.
+const EVENTS_MAX: usize = 64;
+
 /// The time that a session waits for its page to connect again, for example after a reload.
 const LINGER: Duration = Duration::from_secs(5);
 
@@ -22,8 +24,10 @@ const LINGER: Duration = Duration::from_secs(5);
 struct Client {
     number: u64,
     messages: UnboundedSender<ToClient>,
-    /// True once the last sample was sent, so that the next one may be taken.
-    is_ready: bool,
+    /// The number of batches that the client has not taken yet.
+    untaken: u64,
+    /// The requests that the next batch answers.
+    answered: Vec<Unanswered>,
     /// The tick of the client's last sample; `None` if the next sample is due at any tick.
     sampled: Option<u64>,
 }
@@ -31,7 +35,7 @@ struct Client {
 impl Client {
     /// Returns a client that has received nothing.
     fn new(number: u64, messages: UnboundedSender<ToClient>) -> Self {
-        Client { number, messages, is_ready: true, sampled: None }
+        Client { number, messages, untaken: 0, answered: Vec::new(), sampled: None }
     }
 
     /// Sends a message. This fails after the client disconnected; its `Disconnected` event follows.
@@ -51,8 +55,10 @@ struct Clients {
 impl Clients {
     /// Gives the session to a client.
     fn serve(&mut self, source: &mut dyn Source, number: u64, messages: UnboundedSender<ToClient>) {
-        if let Some(before) = self.current.replace(Client::new(number, messages)) {
+        if let Some(mut before) = self.current.replace(Client::new(number, messages)) {
             before.send(ToClient::Wait);
+            // No answers follow.
+            before.answered.clear();
             self.waiting.push(before);
         }
         source.begin();
@@ -81,27 +87,30 @@ impl Clients {
         match event {
             ClientEvent::Connected(messages) => self.serve(source, number, messages),
             ClientEvent::Disconnected => self.remove(source, number),
-            ClientEvent::TakeOver => {
+            ClientEvent::TakeOver(place) => {
+                drop(place);
                 if let Some(client) = self.take_waiting(number) {
                     self.serve(source, number, client.messages);
                 }
             }
-            ClientEvent::Ping => {
+            ClientEvent::Ping(place) => {
                 let mut all = self.current.iter().chain(&self.waiting);
                 if let Some(client) = all.find(|client| client.number == number) {
-                    client.send(ToClient::Pong);
+                    client.send(ToClient::Pong(place));
                 }
             }
             // A client that waits knows that its requests have no effect.
-            ClientEvent::Request(text) => {
+            ClientEvent::Request(text, place) => {
                 if let Some(client) = self.current.as_mut().filter(is_current) {
                     source.request(&text, now);
                     client.sampled = None;
+                    client.answered.push(place);
                 }
             }
-            ClientEvent::SampleSent => {
+            ClientEvent::Taken => {
                 if let Some(client) = self.current.as_mut().filter(is_current) {
-                    client.is_ready = true;
+                    // A batch from before the client waited has no number here.
+                    client.untaken = client.untaken.saturating_sub(1);
                 }
             }
         }
@@ -140,12 +149,14 @@ impl Page {
             let is_late = source.advance(now, &mut || turn.elapsed() < TURN);
             send_changes(source, clients.current.as_mut());
             let wait = if is_late { Duration::ZERO } else { PULSE };
-            let mut next = self.events.recv_timeout(wait);
-            while let Ok((number, event)) = next {
+            let mut next = self.events.recv_timeout(wait).ok();
+            let mut left = EVENTS_MAX;
+            while let Some((number, event)) = next {
                 clients.handle(source, number, event, start.elapsed());
                 // The first event is a connection, so this is not the time before it.
                 closed_at = clients.current.is_none().then(Instant::now);
-                next = self.events.try_recv().map_err(|_| RecvTimeoutError::Timeout);
+                left -= 1;
+                next = if left > 0 { self.events.try_recv().ok() } else { None };
             }
         }
         send_changes(source, clients.current.as_mut());
@@ -154,8 +165,8 @@ impl Page {
     /// Sends a defect as the last event to a client, and waits until the client has received it.
     fn report(&self, defect: &Defect, help: &str, client: Client) {
         let event = DefectEvent { text: defect.to_string(), help: help.to_owned() };
-        let event = ToClient::Event(PageEvent::Defect(event).to_json());
-        client.send(event);
+        let events = vec![PageEvent::Defect(event).to_json()];
+        client.send(ToClient::Batch(Batch { events, ..Batch::default() }));
         // The server closes the connection after the last message of this channel.
         drop(client.messages);
         let deadline = Instant::now() + LINGER;
@@ -168,26 +179,35 @@ impl Page {
     }
 }
 
-/// Sends all new events, and a sample if the last one was sent. Without a client the events wait for the next one.
+/// Sends all new events and a new sample if the client has taken the last ones, and answers in any case. Without a client
+/// the events wait for the next one.
 fn send_changes(source: &mut dyn Source, client: Option<&mut Client>) {
     let Some(client) = client else { return };
+    let is_ready = client.untaken == 0;
+    if !is_ready && client.answered.is_empty() {
+        return;
+    }
     let tick = source.tick();
-    let sample = (client.is_ready && client.sampled != Some(tick)).then(|| source.take_sample());
-    for event in source.take_events() {
-        client.send(ToClient::Event(event.to_json()));
+    let sample = (is_ready && client.sampled != Some(tick)).then(|| source.take_sample());
+    let events: Vec<String> = source.take_events().iter().map(PageEvent::to_json).collect();
+    let answered = std::mem::take(&mut client.answered);
+    if events.is_empty() && sample.is_none() {
+        return;
     }
-    if let Some(sample) = sample {
-        client.is_ready = false;
+    if sample.is_some() {
         client.sampled = Some(tick);
-        client.send(ToClient::Sample(sample));
     }
+    client.untaken += 1;
+    client.send(ToClient::Batch(Batch { events, answered, sample }));
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
     use std::sync::mpsc::channel;
     use std::thread;
 
+    use tokio::sync::Semaphore;
     use tokio::sync::mpsc::unbounded_channel;
 
     use super::*;
@@ -225,12 +245,15 @@ mod tests {
         let page = Page::without_server(events);
         let (to_client, mut messages) = unbounded_channel();
         sender.send((0, ClientEvent::Connected(to_client))).unwrap();
-        sender.send((0, ClientEvent::Request("\"pause\"".to_owned()))).unwrap();
+        let place = Arc::new(Semaphore::new(1)).try_acquire_owned().unwrap();
+        sender.send((0, ClientEvent::Request("\"pause\"".to_owned(), place))).unwrap();
         let client = thread::spawn(move || {
             let mut received = Vec::new();
             while let Some(message) = messages.blocking_recv() {
-                if let ToClient::Event(text) = message {
-                    received.push(serde_json::from_str(&text).unwrap());
+                if let ToClient::Batch(batch) = message {
+                    received.extend(
+                        batch.events.iter().map(|text| serde_json::from_str(text).unwrap()),
+                    );
                 }
             }
             sender.send((0, ClientEvent::Disconnected)).unwrap();

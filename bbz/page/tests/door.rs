@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -111,15 +112,45 @@ fn is_timeout(error: &tungstenite::Error) -> bool {
     matches!(error, tungstenite::Error::Io(error) if error.kind() == ErrorKind::WouldBlock)
 }
 
-/// Returns the next event of that kind.
-fn event(socket: &mut WebSocket<TcpStream>, kind: &str) -> Value {
-    loop {
-        if let Message::Text(text) = read(socket).unwrap() {
-            let event: Value = serde_json::from_str(&text).unwrap();
-            if event["event"] == kind {
-                return event;
+/// A connection and the events that it has received and not yet returned.
+struct Client {
+    socket: WebSocket<TcpStream>,
+    waiting: VecDeque<Value>,
+}
+
+impl Client {
+    fn connect(url: &str) -> Self {
+        Client { socket: connect(url, None).unwrap(), waiting: VecDeque::new() }
+    }
+
+    fn send(&mut self, text: &str) {
+        self.socket.send(Message::text(text)).unwrap();
+    }
+
+    /// Returns the next event of that kind.
+    fn event(&mut self, kind: &str) -> Value {
+        loop {
+            while let Some(event) = self.waiting.pop_front() {
+                if event["event"] == kind {
+                    return event;
+                }
             }
+            self.receive();
         }
+    }
+
+    /// Receives a message, and returns true for a sample.
+    fn receive(&mut self) -> bool {
+        let message = read(&mut self.socket).unwrap();
+        if let Message::Text(text) = &message
+            && text.starts_with('{')
+        {
+            let mut batch: Value = serde_json::from_str(text).unwrap();
+            let Value::Array(events) = batch["events"].take() else { panic!("{text}") };
+            self.waiting.extend(events);
+            self.send("taken");
+        }
+        message.is_binary()
     }
 }
 
@@ -158,8 +189,9 @@ fn a_socket_of_another_site_is_refused() {
             assert!(connect(url, Some(origin)).unwrap_err().contains("404"), "{origin}");
         }
         let own = url.rsplitn(3, '/').nth(2).unwrap();
-        let mut socket = connect(url, Some(own)).unwrap();
-        assert_eq!(event(&mut socket, "begin")["size"], serde_json::json!([500.0, 500.0]));
+        let socket = connect(url, Some(own)).unwrap();
+        let mut client = Client { socket, waiting: VecDeque::new() };
+        assert_eq!(client.event("begin")["size"], serde_json::json!([500.0, 500.0]));
         let wrong = url.replace(|c: char| ('a'..='f').contains(&c), "0");
         assert!(connect(&wrong, None).is_err() || wrong == url);
     });
@@ -168,18 +200,18 @@ fn a_socket_of_another_site_is_refused() {
 #[test]
 fn a_client_controls_the_run_and_receives_samples() {
     serve(|url| {
-        let mut socket = connect(url, None).unwrap();
-        event(&mut socket, "begin");
+        let mut client = Client::connect(url);
+        client.event("begin");
         let request = "{\"go_to\":{\"tick\":50}}";
-        socket.send(Message::text(request)).unwrap();
-        while event(&mut socket, "state")["tick"] != 50 {}
-        socket.send(Message::text("{\"play\":{\"rate\":50}}")).unwrap();
+        client.send(request);
+        while client.event("state")["tick"] != 50 {}
+        client.send("{\"play\":{\"rate\":50}}");
         let mut samples = 0;
         while samples < 5 {
-            samples += usize::from(read(&mut socket).unwrap().is_binary());
+            samples += usize::from(client.receive());
         }
-        socket.send(Message::text("\"pause\"")).unwrap();
-        let state = std::iter::repeat_with(|| event(&mut socket, "state"));
+        client.send("\"pause\"");
+        let state = std::iter::repeat_with(|| client.event("state"));
         let paused = state.filter(|state| state["plays"] == false).take(1).next().unwrap();
         assert!(paused["tick"].as_u64().unwrap() > 50);
     });
@@ -193,31 +225,31 @@ fn note(socket: &mut WebSocket<TcpStream>, note: &str) {
 #[test]
 fn the_last_page_has_the_session_and_the_others_wait() {
     serve(|url| {
-        let mut first = connect(url, None).unwrap();
-        event(&mut first, "begin");
-        let mut second = connect(url, None).unwrap();
-        assert_eq!(event(&mut second, "begin")["end"], 10_000);
-        note(&mut first, "wait");
+        let mut first = Client::connect(url);
+        first.event("begin");
+        let mut second = Client::connect(url);
+        assert_eq!(second.event("begin")["end"], 10_000);
+        note(&mut first.socket, "wait");
         // Requests of a page that waits have no effect.
-        first.send(Message::text("{\"go_to\":{\"tick\":50}}")).unwrap();
-        first.send(Message::text("ping")).unwrap();
-        note(&mut first, "ping");
-        second.send(Message::text("{\"step\":{\"ticks\":1}}")).unwrap();
-        while event(&mut second, "state")["tick"] != 1 {}
+        first.send("{\"go_to\":{\"tick\":50}}");
+        first.send("ping");
+        note(&mut first.socket, "ping");
+        second.send("{\"step\":{\"ticks\":1}}");
+        while second.event("state")["tick"] != 1 {}
         // It asks for the session.
-        first.send(Message::text("take over")).unwrap();
-        event(&mut first, "begin");
-        assert_eq!(event(&mut first, "state")["tick"], 1);
-        note(&mut second, "wait");
+        first.send("take over");
+        first.event("begin");
+        assert_eq!(first.event("state")["tick"], 1);
+        note(&mut second.socket, "wait");
         // The page before has it again when the last one has gone, and a third one that has gone does not matter.
-        let mut third = connect(url, None).unwrap();
-        event(&mut third, "begin");
-        note(&mut first, "wait");
+        let mut third = Client::connect(url);
+        third.event("begin");
+        note(&mut first.socket, "wait");
         drop(second);
         drop(third);
-        event(&mut first, "begin");
-        first.send(Message::text("\"commands\"")).unwrap();
-        assert_eq!(event(&mut first, "commands")["text"], "");
+        first.event("begin");
+        first.send("\"commands\"");
+        assert_eq!(first.event("commands")["text"], "");
     });
 }
 
@@ -255,13 +287,13 @@ fn half_open_connections_end() {
             assert!(!String::from_utf8_lossy(&answer).contains("200"), "{answer:?}");
         }
         // A page stays connected.
-        let mut socket = connect(url, None).unwrap();
-        event(&mut socket, "begin");
+        let mut client = Client::connect(url);
+        client.event("begin");
         let mut idle = TcpStream::connect(authority).unwrap();
         idle.set_read_timeout(Some(WAIT_MAX)).unwrap();
         idle.read_to_end(&mut Vec::new()).unwrap();
-        socket.send(Message::text("\"commands\"")).unwrap();
-        event(&mut socket, "commands");
+        client.send("\"commands\"");
+        client.event("commands");
     });
 }
 
@@ -286,8 +318,8 @@ fn invalid_requests_do_not_end_the_session() {
             "null",
         ];
         for _ in 0..20 {
-            let mut socket = connect(url, None).unwrap();
-            event(&mut socket, "begin");
+            let mut client = Client::connect(url);
+            client.event("begin");
             for _ in 0..20 {
                 let text: String = (0..random.below(8))
                     .map(|_| words[random.below(words.len() as u32) as usize])
@@ -296,21 +328,21 @@ fn invalid_requests_do_not_end_the_session() {
                     (0..random.below(300)).map(|_| random.below(256) as u8).collect();
                 let message =
                     if random.chance(0.5) { Message::text(text) } else { Message::binary(bytes) };
-                socket.send(message).unwrap();
+                client.socket.send(message).unwrap();
             }
-            socket.send(Message::text("\"commands\"")).unwrap();
-            event(&mut socket, "commands");
+            client.send("\"commands\"");
+            client.event("commands");
         }
-        let mut socket = connect(url, None).unwrap();
+        let mut client = Client::connect(url);
         let request = "\"commands\"";
         let longest = format!("{}{request}", " ".repeat(REQUEST_BYTES_MAX - request.len()));
-        socket.send(Message::text(longest)).unwrap();
-        event(&mut socket, "commands");
+        client.send(&longest);
+        client.event("commands");
         // After a request that is too long, the socket is closed and the session continues.
-        let mut socket = connect(url, None).unwrap();
-        let _ = socket.send(Message::text("x".repeat(REQUEST_BYTES_MAX + 1)));
-        assert!(!is_timeout(&end(&mut socket)), "the server keeps the socket");
-        let mut socket = connect(url, None).unwrap();
-        assert_eq!(event(&mut socket, "begin")["end"], 10_000);
+        let mut client = Client::connect(url);
+        let _ = client.socket.send(Message::text("x".repeat(REQUEST_BYTES_MAX + 1)));
+        assert!(!is_timeout(&end(&mut client.socket)), "the server keeps the socket");
+        let mut client = Client::connect(url);
+        assert_eq!(client.event("begin")["end"], 10_000);
     });
 }

@@ -6,13 +6,16 @@ import { texts } from "./texts.js";
 // Lines that are kept.
 const LINES_MAX = 500;
 
+// Milliseconds from one change of what is shown to the next. Robots may log thousands of lines per second.
+const PAUSE = 150;
+
 /**
  * @import { Expectation } from "./page"
  */
 
 /**
- * A line with the tick that it is about.
- * @typedef {HTMLElement & { tick: number }} Line
+ * A line: the tick that it is about, and a function that makes its element.
+ * @typedef {{ tick: number, element: () => HTMLElement }} Line
  */
 
 export class Log {
@@ -24,11 +27,18 @@ export class Log {
     constructor(onChoose, onExplain) {
         this.onChoose = onChoose;
         this.onExplain = onExplain;
-        this.clear();
+        /** @type {Line[]} */
+        this.lines = [];
+        // The lines that are shown, with their elements.
+        /** @type {Map<Line, HTMLElement>} */
+        this.shown = new Map();
+        this.timer = 0;
+        this.draw();
     }
 
     clear() {
-        part("log").replaceChildren(element("p", { class: "none" }, texts.noLog));
+        this.lines = [];
+        this.draw();
     }
 
     /**
@@ -36,23 +46,62 @@ export class Log {
      * @param {number} seconds
      * @param {number} robot its number
      * @param {number} id
-     * @param {(string | Node)[]} content
+     * @param {() => (string | Node)[]} content
      * @param {string} kind
      * @param {string} [code] that of an error
      */
     add(tick, seconds, robot, id, content, kind, code) {
-        const log = part("log");
-        log.querySelector(".none")?.remove();
-        const isAtEnd = log.scrollTop + log.clientHeight > log.scrollHeight - 30;
         const choose = () => this.onChoose(robot);
-        const line = element("p", { class: kind },
+        this.put({ tick, element: () => element("p", { class: kind },
             element("time", {}, seconds.toFixed(1)),
             element("button", { type: "button", title: texts.robot(id), onclick: choose }, String(id)),
-            element("span", {}, ...content,
-                ...(code ? [element("button", { type: "button", title: texts.explainHelp, onclick: () => this.onExplain(code) }, texts.explain)] : [])));
-        log.append(Object.assign(line, { tick }));
-        while (log.childElementCount > LINES_MAX) {
-            log.firstElementChild?.remove();
+            element("span", {}, ...content(),
+                ...(code ? [element("button", { type: "button", title: texts.explainHelp, onclick: () => this.onExplain(code) }, texts.explain)] : []))) });
+    }
+
+    // Shows that lines are left out.
+    /**
+     * @param {number} tick
+     * @param {number} count
+     */
+    lose(tick, count) {
+        this.put({ tick, element: () => element("p", { class: "lost" }, texts.lostLines(count)) });
+    }
+
+    /** @param {Line} line */
+    put(line) {
+        this.lines.push(line);
+        if (this.lines.length > 2 * LINES_MAX) {
+            this.lines.splice(0, this.lines.length - LINES_MAX);
+        }
+        if (this.timer === 0) {
+            this.draw();
+            this.timer = setTimeout(() => {
+                this.timer = 0;
+                this.draw();
+            }, PAUSE);
+        }
+    }
+
+    // Shows the last lines. Elements of lines that remain are kept, with the focus.
+    draw() {
+        const log = part("log");
+        const lines = this.lines.slice(-LINES_MAX);
+        if (lines.length > 0 && lines.length === this.shown.size && this.shown.has(lines[lines.length - 1])) {
+            return;
+        }
+        const isAtEnd = log.scrollTop + log.clientHeight > log.scrollHeight - 30;
+        const before = this.shown;
+        this.shown = new Map(lines.map((line) => [line, before.get(line) ?? line.element()]));
+        for (const [line, old] of before) {
+            if (!this.shown.has(line)) {
+                old.remove();
+            }
+        }
+        log.querySelector(".none")?.remove();
+        log.append(...lines.filter((line) => !before.has(line)).map((line) => this.shown.get(line) ?? ""));
+        if (lines.length === 0) {
+            log.replaceChildren(element("p", { class: "none" }, texts.noLog));
         }
         if (isAtEnd) {
             log.scrollTop = log.scrollHeight;
@@ -62,11 +111,8 @@ export class Log {
     // Forgets what comes again when the run goes on from a tick.
     /** @param {number} tick */
     forget(tick) {
-        const lines = /** @type {Line[]} */ ([...part("log").children]);
-        lines.filter((line) => line.tick >= tick).forEach((line) => line.remove());
-        if (!part("log").hasChildNodes()) {
-            this.clear();
-        }
+        this.lines = this.lines.filter((line) => line.tick < tick);
+        this.draw();
     }
 }
 

@@ -23,6 +23,9 @@ import { View } from "./view.js";
  * @import { Ask, Handlers, World } from "./page"
  */
 
+// Milliseconds that a pause may take without a word.
+const PAUSING = 80;
+
 const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000];
 
 /** @type {World | null} */
@@ -32,6 +35,10 @@ let state = { plays: false, tick: 0, rate: null, over: false };
 // A tick to go to as soon as the one before is reached; `false`: nowhere is being gone to.
 /** @type {number | boolean} */
 let wanted = false;
+// True while new verdicts wait to be shown.
+let areVerdictsNew = false;
+// The timer that says why a pause has to wait.
+let pausing = 0;
 let defect = "";
 // The session does not answer; what it says.
 let late = "";
@@ -151,7 +158,19 @@ const handlers = {
         }
         showCommands(begun.commands);
     },
+    seeking({ tick, left }) {
+        // The button stops it.
+        state.plays = true;
+        showIcon("play", "pause", texts.pause);
+        showStatus(texts.seeking(tick / (world?.ticks_per_second ?? 1), left));
+        const next = wanted;
+        if (typeof next === "number") {
+            wanted = false;
+            goTo(next);
+        }
+    },
     state(event) {
+        clearTimeout(pausing);
         state = event;
         if (event.tick < robots.tick) {
             // The sample of that tick may be skipped.
@@ -184,11 +203,14 @@ const handlers = {
         showLights();
         controls.follow(event.commands, robots.tick);
     },
-    log(event) {
-        line(event, [event.text], "");
+    logs({ lost, lines }) {
+        if (lost > 0) {
+            log.lose(Math.max(robots.tick, 0), lost);
+        }
+        lines.forEach((one) => line(one, () => [one.text], ""));
     },
     fault(event) {
-        line(event, faultParts(event, openPlace), "fault", event.code);
+        line(event, () => faultParts(event, openPlace), "fault", event.code);
         timeLine.mark("fault", event.tick, `${texts.robot(robots.ids[event.robot])}: ${event.message}`);
     },
     stopped({ fault, others }) {
@@ -202,13 +224,11 @@ const handlers = {
         showStatus(texts.stoppedBy(robots.ids[fault.robot], fault.consequence === "contained", others));
     },
     expectation({ number, verdict, tick }) {
-        const expectations = world?.expectations ?? [];
-        Object.assign(expectations[number], { verdict, tick });
-        showLights();
-        for (const kind of /** @type {("held" | "failed")[]} */ (["held", "failed"])) {
-            timeLine.forget(kind, -1);
-            expectations.filter((one) => one.verdict === kind)
-                .forEach((one) => timeLine.mark(kind, one.tick ?? 0, `${texts.verdicts[kind]}: ${one.text}`));
+        Object.assign(world?.expectations[number] ?? {}, { verdict, tick });
+        // Many may come at once.
+        if (!areVerdictsNew) {
+            areVerdictsNew = true;
+            queueMicrotask(showVerdicts);
         }
     },
     inspection(event) {
@@ -316,6 +336,16 @@ function wait(takeOver) {
     part("take-over").onclick = takeOver;
 }
 
+function showVerdicts() {
+    areVerdictsNew = false;
+    showLights();
+    for (const kind of /** @type {("held" | "failed")[]} */ (["held", "failed"])) {
+        timeLine.forget(kind, -1);
+        world?.expectations.filter((one) => one.verdict === kind)
+            .forEach((one) => timeLine.mark(kind, one.tick ?? 0, `${texts.verdicts[kind]}: ${one.text}`));
+    }
+}
+
 // Lights are of the texts that are shown, or say that they are not.
 function showLights() {
     const isLoaded = world?.commands.some(({ text }) => /^load\b/.test(text));
@@ -378,7 +408,16 @@ function markPlace(fault, place) {
 
 function play() {
     const rate = Number(part("rate").value);
-    ask(state.plays ? "pause" : { play: rate > 0 ? { rate } : {} });
+    if (!state.plays) {
+        ask({ play: rate > 0 ? { rate } : {} });
+        return;
+    }
+    ask("pause");
+    // A tick of a large world takes a while.
+    state.plays = false;
+    showIcon("play", "play", texts.play);
+    clearTimeout(pausing);
+    pausing = setTimeout(() => showStatus(texts.pausing), PAUSING);
 }
 
 // One jump at a time: a drag of the time line leads to its last place.
@@ -416,7 +455,7 @@ function showCommands(commands) {
 
 /**
  * @param {Pick<LogEvent, "tick" | "robot">} event
- * @param {(string | Node)[]} content
+ * @param {() => (string | Node)[]} content
  * @param {string} kind
  * @param {string} [code]
  */

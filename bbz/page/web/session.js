@@ -7,7 +7,7 @@ import { texts } from "./texts.js";
  */
 
 // Messages of the server that are no events, and answers to them (bbz/page/src/server.rs).
-const [WAIT, TAKE_OVER, PING] = ["wait", "take over", "ping"];
+const [WAIT, TAKE_OVER, PING, TAKEN] = ["wait", "take over", "ping", "taken"];
 
 // Milliseconds between two questions whether the session handles requests, and until an answer is late.
 const [PAUSE, LATE] = [1000, 3000];
@@ -24,6 +24,16 @@ export function connect({ onEvent, onSample, onEnd, onWait, onLate }) {
     // When the question was sent that has no answer yet.
     /** @type {number | null} */
     let asked = null;
+    // Takes a part of a batch. The next batch comes after the last part, also if a mistake of the page stops it here.
+    const take = (/** @type {() => void} */ show, /** @type {boolean} */ isLast) => {
+        try {
+            show();
+        } finally {
+            if (isLast && socket.readyState === WebSocket.OPEN) {
+                socket.send(TAKEN);
+            }
+        }
+    };
     socket.onmessage = ({ data }) => {
         if (data === PING) {
             asked = null;
@@ -31,9 +41,10 @@ export function connect({ onEvent, onSample, onEnd, onWait, onLate }) {
         } else if (data === WAIT) {
             onWait(() => socket.readyState === WebSocket.OPEN && socket.send(TAKE_OVER));
         } else if (typeof data === "string") {
-            onEvent(JSON.parse(data));
+            const { events, has_sample } = JSON.parse(data);
+            take(() => events.forEach(onEvent), !has_sample);
         } else {
-            onSample(new Uint8Array(data));
+            take(() => onSample(new Uint8Array(data)), true);
         }
     };
     /** @param {Parameters<Connection["ask"]>[0]} request */

@@ -133,6 +133,9 @@ export const texts = {
     explain: "Explain", explainHelp: "Explains the message", goThere: "To this place", fix: "Fix", fixHelp: "Changes the text as the message says",
     line: (/** @type {number} */ line) => `line ${line}`,
 
+    seeking: (/** @type {number} */ seconds, /** @type {number} */ left) => `On the way to ${seconds.toFixed(1)} s: about ${left.toFixed(left < 10 ? 1 : 0)} s left.`,
+    pausing: "The simulator finishes this step of the world.",
+    lostLines: (/** @type {number} */ count) => `${count.toLocaleString("en")} earlier lines came faster than they can be shown.`,
     noLog: "Nothing was logged so far.", noTests: "The scenario expects nothing.",
     verdicts: { open: "open", held: "held", failed: "failed" },
     ofOlder: "of an older text",

@@ -5,6 +5,9 @@ import { element, onFrame, part } from "./element.js";
 // The greatest number of marks of one kind: more cannot be distinguished.
 const MARKS_MAX = 400;
 
+// Characters of a text from which on no more is added: all robots may fail at once.
+const TEXT_MAX = 1000;
+
 export class TimeLine {
     // `onGo(tick)` when the user drags the slider.
     /** @param {(tick: number) => void} onGo */
@@ -49,7 +52,7 @@ export class TimeLine {
         const known = marks.get(tick);
         if (known !== undefined) {
             // A mark that an earlier run of the same tick has made is there once.
-            marks.set(tick, known.includes(text) ? known : `${known}\n${text}`);
+            marks.set(tick, known.includes(text) || known.length > TEXT_MAX ? known : `${known}\n${text}`);
         } else if (marks.size < MARKS_MAX) {
             marks.set(tick, text);
         }

@@ -1,5 +1,7 @@
 //! Runs `bbz` on scripts in a folder that belongs to the test.
 
+#[cfg(feature = "view")]
+pub mod client;
 pub mod elf;
 pub mod page;
 pub mod probe_rs;
