@@ -1,4 +1,4 @@
-//! The memory of a page with robots that need no chip. This is a process of its own, because it
+//! The memory of a page with many robots. This is a process of its own, because it
 //! measures itself.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
@@ -7,7 +7,7 @@
 use std::fs;
 use std::time::Duration;
 
-use bittybuzz_arena::run::Session;
+use bittybuzz_arena::run::{COPIES_BYTES, Session};
 use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
 
 /// A robot as `bbz stubs` writes it.
@@ -50,13 +50,15 @@ fn peak_mb() -> u64 {
     line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() * 1024 / 1_000_000
 }
 
-#[test]
-fn two_hundred_robots_without_a_chip_take_less_than_200_mb() {
-    let files = SharedFiles::default();
-    files.add("rover.toml", ROBOT);
-    files.add("rover.bzz", SCRIPT);
-    files.add("rovers.toml", SCENARIO);
-    let (run, text) = Shelf::new(files, "rovers.toml".into()).open(2).unwrap();
+/// Crazyflies take the most memory: 16 MB, so that 32 copies would take 512 MB.
+const CRAZYFLIES: &str = "[world]\nsize = [10000, 10000]\nduration = 10\n\n\
+    [[robots]]\nrobot = \"crazyflie\"\nscript = \"count.bzz\"\ncount = 300\nplacement = \"random\"\n";
+
+const COUNT: &str = "n = 0\nfunction step() { n = n + 1 }\n";
+
+/// Plays a scenario to its end and returns the largest resident memory in MB before and after.
+fn play(files: &SharedFiles, scenario: &str) -> [u64; 2] {
+    let (run, text) = Shelf::new(files.clone(), scenario.into()).open(2).unwrap();
     let before = peak_mb();
     let mut live = Live::new(Session::new(run, COPIES), text);
     live.request("{\"play\":{}}", Duration::ZERO);
@@ -68,6 +70,22 @@ fn two_hundred_robots_without_a_chip_take_less_than_200_mb() {
         live.take_events();
         now += 100;
     }
-    let after = peak_mb();
+    [before, peak_mb()]
+}
+
+/// The second world takes more than the first one, so that the peaks are apart.
+#[test]
+fn robots_without_a_chip_and_many_crazyflies_stay_within_their_memory() {
+    let files = SharedFiles::default();
+    files.add("rover.toml", ROBOT);
+    files.add("rover.bzz", SCRIPT);
+    files.add("rovers.toml", SCENARIO);
+    files.add("count.bzz", COUNT);
+    files.add("crazyflies.toml", CRAZYFLIES);
+    let [before, after] = play(&files, "rovers.toml");
     assert!(after < 200, "{after} MB, {before} MB of them before the first tick");
+    let [before, after] = play(&files, "crazyflies.toml");
+    let copies = COPIES_BYTES as u64 / 1_000_000;
+    // The run itself was there before, and the copies fill most of their room.
+    assert!(after > 200 && after < before + copies + 30, "{after} MB, {before} MB before");
 }

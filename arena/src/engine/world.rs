@@ -25,8 +25,8 @@ use super::settings::WorldSettings;
 use super::statistics::WorldStatistics;
 use super::stream::{Stream, StreamPurpose};
 
-/// Bytes of a body, of its last frames and of its place among its neighbors, measured with Zooids
-/// and with Crazyflies that fly.
+/// Bytes of a body, of its last frames and of its place among its neighbors, measured with Kilobots
+/// and Zooids.
 const BODY_BYTES: usize = 512;
 
 /// Robots with brains of type `B`, and their surroundings.

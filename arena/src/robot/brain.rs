@@ -22,6 +22,9 @@ use super::overruns::Overrun;
 use super::seen::{Interest, SeenEvent};
 use super::state::{PendingSetting, RobotContext, ScriptStage};
 
+/// Bytes of an autopilot and of the body that it flies, measured with a Crazyflie.
+const AUTOPILOT_BYTES: usize = 11_000;
+
 /// The program that a robot runs.
 #[derive(Clone)]
 enum RobotProgram {
@@ -281,9 +284,10 @@ impl SimRobot {
 
     /// Returns about how many bytes the robot takes.
     pub fn bytes(&self) -> usize {
-        let machine = self.machine().map_or(0, Machine::bytes);
+        let slots = self.state.context.slots;
+        let machine = self.machine().map_or(0, |machine| machine.bytes(slots));
         let autopilot = self.state.memory.autopilot.as_ref();
-        machine + autopilot.map_or(0, |autopilot| size_of_val(&**autopilot)) + size_of::<Self>()
+        machine + autopilot.map_or(0, |_| AUTOPILOT_BYTES) + size_of::<Self>()
     }
 
     /// Returns a global of the script, or the value to which `keys` lead in its tables.

@@ -46,8 +46,8 @@ pub trait Machine {
     /// Returns a copy of the machine and its queues that continues exactly as the original would.
     fn copy(&self) -> Box<dyn Machine + Send>;
 
-    /// Returns about how many bytes the machine takes.
-    fn bytes(&self) -> usize;
+    /// Returns about how many bytes the machine takes, whose script may use `slots`.
+    fn bytes(&self, slots: usize) -> usize;
 
     /// Adds the state and the frames in the queues to a digest.
     fn add_to(&self, digest: &mut Digest);
@@ -326,9 +326,10 @@ where
         Box::new(self.clone())
     }
 
-    fn bytes(&self) -> usize {
+    fn bytes(&self, slots: usize) -> usize {
         // Slots of machines whose memory grows lie elsewhere.
-        let elsewhere = if SLOTS == SLOTS_MAX { SLOTS - self.vm.free_slots() } else { 0 };
+        let is_growing = SLOTS == SLOTS_MAX;
+        let elsewhere = if is_growing { slots.saturating_sub(self.vm.free_slots()) } else { 0 };
         size_of_val(self) + SLOT_BYTES * elsewhere
     }
 
