@@ -13,6 +13,7 @@ mod emulated;
 mod files;
 mod flash;
 mod flash_kilobot;
+mod flood;
 mod grade;
 mod guide;
 mod import;

@@ -37,8 +37,13 @@ use crate::workshop::{Drafts, Workshop};
 /// often.
 const INSPECTION_LIMITS: Limits = Limits { depth: 4, values: 500 };
 
-/// A command would act at a tick that nobody has chosen.
-const ON_THE_WAY: &str = "the run is on its way to another time: wait, or pause it";
+/// The greatest number of requests that wait for the end of a way.
+const WAITING_MAX: usize = 64;
+
+/// A request that has waited would act at a tick that nobody has chosen.
+const LEFT: &str = "the run was paused on its way to the time of this request";
+
+const TOO_MANY: &str = "too many requests wait until the run is there";
 
 const NO_TRIALS: &str = "this session has no trials";
 
@@ -55,6 +60,8 @@ struct Seek {
     since: Duration,
     /// The time of the last event about it.
     told: Duration,
+    /// Requests that are carried out when the run is there.
+    then: Vec<Request>,
 }
 
 /// A session that a client controls and watches.
@@ -136,7 +143,17 @@ impl Live {
         &self.session
     }
 
+    /// Carries out a request, after those before it.
     fn execute(&mut self, request: Request, now: Duration) {
+        if let Some(Seek { then, .. }) = &mut self.seek {
+            match request {
+                Request::Pause => {}
+                // A time line that is dragged leads to its last place.
+                Request::GoTo { .. } if then.is_empty() => {}
+                _ if then.len() < WAITING_MAX => return then.push(request),
+                _ => return self.refuse(TOO_MANY, None),
+            }
+        }
         match request {
             Request::Play { rate: Some(rate) } if !RATES.contains(&rate) => {
                 return self.refuse(&Pace::refusal(rate), None);
@@ -147,19 +164,16 @@ impl Live {
                 {
                     return self.refuse(&error.to_string(), None);
                 }
-                self.seek = None;
                 self.pace = Pace::play(rate, now, self.session.run().now());
                 self.add_verdicts();
                 self.add_conditions();
             }
             Request::Pause => {
-                self.seek = None;
                 self.pace = Pace::Paused;
+                let waiting = self.seek.take().map(|seek| seek.then).unwrap_or_default();
+                waiting.iter().for_each(|_| self.refuse(LEFT, None));
             }
-            Request::Step { ticks } => {
-                self.seek = None;
-                self.pace = Pace::Steps(ticks);
-            }
+            Request::Step { ticks } => self.pace = Pace::Steps(ticks),
             Request::GoTo { tick } => {
                 self.pace = Pace::Paused;
                 if let Err(error) = self.session.approach(tick) {
@@ -167,11 +181,8 @@ impl Live {
                 }
                 let (from, to) = (self.session.run().now(), tick.min(self.session.run().end()));
                 // The next turn goes there, and ends with the state.
-                self.seek = Some(Seek { to, from, since: now, told: now });
+                self.seek = Some(Seek { to, from, since: now, told: now, then: Vec::new() });
                 return;
-            }
-            Request::Command { .. } | Request::Load { .. } if self.seek.is_some() => {
-                return self.refuse(ON_THE_WAY, None);
             }
             Request::Command { text } => {
                 if let Err(errors) = self.session.command(&text) {
@@ -392,7 +403,9 @@ impl Live {
         self.add_verdicts();
         self.add_conditions();
         self.add_state();
-        false
+        seek.then.into_iter().for_each(|request| self.execute(request, now));
+        // What waited may have begun another way, or may play.
+        self.seek.is_some() || self.pace != Pace::Paused
     }
 
     /// Simulates the ticks of the session that are due, as long as `has_time` returns true. Returns

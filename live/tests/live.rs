@@ -280,12 +280,15 @@ fn a_long_way_to_a_tick_says_how_long_it_takes() {
     assert!(advance(&mut live, 10, ms(1000)));
     let seeking = json!({ "event": "seeking", "tick": 40, "left": 1.0 });
     assert_eq!(events(&mut live, "seeking"), [seeking]);
-    // A command would act somewhere on the way.
-    live.request(&json!({ "command": { "text": "fail = 0" } }).to_string(), ms(1000));
-    assert!(refusal(&mut live).contains("pause it"));
+    // A command waits until the run is there, and acts nowhere if it does not get there.
+    let fail = json!({ "command": { "text": "fail = 6" } }).to_string();
+    live.request(&fail, ms(1000));
     live.request("\"pause\"", ms(1000));
     assert!(!advance(&mut live, 10, ms(1001)));
-    assert_eq!((now(&live), &events(&mut live, "state")[0]["tick"]), (20, &json!(20)));
+    let left = taken(&mut live);
+    let kinds: Vec<&Value> = left.iter().map(|event| &event["event"]).collect();
+    assert_eq!((now(&live), &kinds[..]), (20, &[&json!("refused"), &json!("state")][..]));
+    assert_eq!(left[1]["tick"], 20);
     // Another way replaces the first, and the state follows its end.
     live.request(r#"{"go_to":{"tick":40}}"#, ms(2000));
     advance(&mut live, 1, ms(2000));
@@ -296,6 +299,18 @@ fn a_long_way_to_a_tick_says_how_long_it_takes() {
         (states.len(), &states[0]["tick"], &states[0]["plays"]),
         (1, &json!(30), &json!(false))
     );
+    // Requests that wait are carried out in their order.
+    live.request(r#"{"go_to":{"tick":40}}"#, ms(3000));
+    live.request(&fail, ms(3000));
+    live.request(r#"{"go_to":{"tick":10}}"#, ms(3000));
+    live.request(r#"{"step":{"ticks":2}}"#, ms(3000));
+    while advance(&mut live, 5, ms(3000)) {}
+    let commands: Vec<(u64, &str)> = live.session().run().command_list().collect();
+    assert_eq!((now(&live), &commands[..]), (12, &[(40, "fail = 6")][..]));
+    let all = taken(&mut live);
+    let states: Vec<&Value> =
+        all.iter().filter(|event| event["event"] == "state").map(|event| &event["tick"]).collect();
+    assert_eq!(states, [&json!(40), &json!(12)]);
 }
 
 #[test]

@@ -207,7 +207,10 @@ impl Session {
             // Robots have joined, and not even the first copy fits any more.
             self.copies.clear();
         } else if self.copies.len() < most && self.is_copy_due() {
-            self.copies.extend(self.run.snapshot());
+            let mut copy = self.run.snapshot();
+            // Who goes on from here has had the lines, or has not asked for them.
+            copy.iter_mut().for_each(|copy| drop(copy.take_log()));
+            self.copies.extend(copy);
         }
     }
 

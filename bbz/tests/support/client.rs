@@ -1,8 +1,9 @@
 //! A page of `bbz`, from the side of a client.
 
 use std::collections::VecDeque;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::net::TcpStream;
+use std::thread;
 use std::time::Duration;
 
 use serde_json::Value;
@@ -33,6 +34,17 @@ impl Client {
     /// Sends a request.
     pub fn send(&mut self, request: Value) {
         self.socket.send(Message::text(request.to_string())).unwrap();
+    }
+
+    /// Throws away all that comes from now on, in a thread that ends with the connection.
+    pub fn drain(&self) {
+        let mut stream = self.socket.get_ref().try_clone().unwrap();
+        thread::spawn(move || io::copy(&mut stream, &mut io::sink()));
+    }
+
+    /// Sends a message as it is. Fails after the end of the connection.
+    pub fn send_text(&mut self, text: &str) -> Result<(), Error> {
+        self.socket.send(Message::text(text))
     }
 
     /// Returns the next event.
