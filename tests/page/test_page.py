@@ -707,7 +707,7 @@ def page_with_events(browser, session):
     page.route_web_socket(re.compile("/socket$"), join)
     page.goto(session.url)
     at(page, 0)
-    return page, lambda event: sockets[0].send(json.dumps(event))
+    return page, lambda *events: sockets[0].send(json.dumps({"events": events, "has_sample": False}))
 
 
 def test_an_event_that_the_page_does_not_know_is_an_error(browser, session):
@@ -719,6 +719,46 @@ def test_an_event_that_the_page_does_not_know_is_an_error(browser, session):
     at(page, 1)
     expect(page.locator("#status")).to_contain_text("does not know the event \"comet\"")
     page.close()
+
+
+def test_lines_that_come_too_fast_are_counted_and_the_last_ones_shown(browser, session):
+    page, send = page_with_events(browser, session)
+    page.click("#tab-log")
+    for batch in range(40):
+        lines = [{"tick": batch, "robot": 1, "text": f"line {batch} {line}"} for line in range(500)]
+        send({"event": "logs", "lost": 12000, "lines": []}, {"event": "logs", "lost": 0, "lines": lines})
+    log = page.locator("#log p")
+    expect(log.last).to_contain_text("line 39 499")
+    expect(log).to_have_count(500)
+    expect(log.first).to_contain_text("line 39 0")
+    # The number of lines that are left out stands before those that follow.
+    send({"event": "logs", "lost": 12345, "lines": []})
+    expect(log.last).to_have_text("12,345 earlier lines came faster than they can be shown.")
+
+
+def test_a_way_to_a_tick_says_how_long_it_takes_and_may_be_left(browser, session):
+    page, send = page_with_events(browser, session)
+    send({"event": "seeking", "tick": 300, "left": 12.34})
+    expect(page.locator("#status")).to_have_text("On the way to 30.0 s: about 12 s left.")
+    expect(page.locator("#play")).to_have_text("Pause")
+    page.click("#play")
+    expect(page.locator("#play")).to_have_text("Play")
+    expect(page.locator("#status")).to_have_text("")
+
+
+def test_a_pause_shows_at_once_also_within_a_tick(browser, session):
+    page, send = page_with_events(browser, session)
+    send({"event": "state", "tick": 0, "plays": True, "rate": None, "over": False})
+    expect(page.locator("#play")).to_have_text("Pause")
+    # The session does not run, so it cannot answer, like one that simulates a long tick.
+    os.kill(session.pid, signal.SIGSTOP)
+    try:
+        play = "document.querySelector('#play')"
+        assert page.evaluate(f"() => {{ {play}.click(); return {play}.textContent; }}") == "Play"
+        expect(page.locator("#status")).to_have_text("The simulator finishes this step of the world.")
+    finally:
+        os.kill(session.pid, signal.SIGCONT)
+    expect(page.locator("#status")).to_have_text("")
 
 
 def test_a_defect_of_the_session_is_shown_and_texts_stay(browser, session):
