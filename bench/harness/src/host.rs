@@ -10,30 +10,48 @@ use std::path::Path;
 
 pub const RUNNER: &str = "valgrind";
 
-/// Options that count only in the first function, and write and clear the count at the second one.
-const FUNCTIONS: [&str; 2] =
-    ["--toggle-collect=bench_host::counted", "--dump-before=bench_host::write_counts"];
+/// The function in which the program counts, and the one at whose calls counts are written and
+/// cleared.
+const FUNCTIONS: [&str; 2] = ["bench_host::counted", "bench_host::write_counts"];
 /// The text before the count in a file of Callgrind.
 const TOTALS: &str = "totals: ";
-/// The number of counts that are written.
+/// The greatest number of counts that are written.
 const COUNTS: usize = 4;
 
 /// Runs the host's program with a script.
 pub fn run(program: &Path, script: &Path, folder: &Path) -> Result<ReportedMark> {
+    let script = script.display().to_string();
+    let (printed, counts) = count(program, FUNCTIONS, &[&script], folder)?;
+    let (mark, value) = last_mark(&printed).ok_or_else(|| unexpected(printed.clone()))?;
+    Ok(ReportedMark { counts, mark, value })
+}
+
+/// Runs a program, and returns what it prints and the counts that it writes. It counts in the first
+/// of the functions, and writes at calls of the second.
+pub fn count(
+    program: &Path,
+    functions: [&str; 2],
+    arguments: &[&str],
+    folder: &Path,
+) -> Result<(String, Vec<u64>)> {
     let out = folder.join("callgrind");
     let file = |number| folder.join(format!("callgrind.{number}"));
     // An earlier run may have written more files.
     for number in 1..=COUNTS {
         let _ = fs::remove_file(file(number));
     }
-    let text = |path: &Path| path.display().to_string();
-    let (out, program, script) =
-        (format!("--callgrind-out-file={}", text(&out)), text(program), text(script));
-    let arguments =
-        ["--quiet", "--tool=callgrind", FUNCTIONS[0], FUNCTIONS[1], &out, &program, &script];
-    let output = Invocation::new(RUNNER, &arguments).unannounced().output(0)?;
-    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-    let (mark, value) = last_mark(&printed).ok_or_else(|| unexpected(printed.clone()))?;
+    let [counted, written] = functions;
+    let options = [
+        "--quiet".to_owned(),
+        "--tool=callgrind".to_owned(),
+        format!("--toggle-collect={counted}"),
+        format!("--dump-before={written}"),
+        format!("--callgrind-out-file={}", out.display()),
+        program.display().to_string(),
+    ];
+    let all: Vec<&str> =
+        options.iter().map(String::as_str).chain(arguments.iter().copied()).collect();
+    let output = Invocation::new(RUNNER, &all).unannounced().output(0)?;
     let mut counts = Vec::new();
     for path in (1..=COUNTS).map(file).filter(|path| path.exists()) {
         let text = fs::read_to_string(&path)?;
@@ -41,7 +59,7 @@ pub fn run(program: &Path, script: &Path, folder: &Path) -> Result<ReportedMark>
         let count = count.and_then(|count| count.trim().parse().ok());
         counts.push(count.ok_or_else(|| unexpected(format!("no count in {}", path.display())))?);
     }
-    Ok(ReportedMark { counts, mark, value })
+    Ok((String::from_utf8_lossy(&output.stdout).into_owned(), counts))
 }
 
 fn unexpected(what: String) -> Error {

@@ -18,6 +18,7 @@ mod program;
 mod report;
 mod slices;
 mod target;
+mod watch;
 
 use anyhow::{Result, ensure};
 use catalogue::Catalogue;
@@ -70,6 +71,8 @@ enum Subject {
         #[arg(long)]
         update: bool,
     },
+    /// Counts a tick that a page watches, next to one that nothing observes
+    Watch,
     /// Measures the longest slices of scripts on the robots' images, and other figures, in emulation
     Slices {
         /// Records the figures of today in `bench/hil.json`
@@ -90,6 +93,7 @@ pub fn run(wanted: &BenchArguments) -> Result<()> {
             return costs::run(&targets, update);
         }
         Some(Subject::Flight { update }) => return flight::run(update),
+        Some(Subject::Watch) => return watch::run(),
         Some(Subject::Slices { update }) => return slices::run(update),
         None => {}
     }
@@ -127,6 +131,7 @@ pub fn check() -> Result<()> {
     // Instructions are checked on only one chip: that takes seconds, on all chips it takes minutes.
     grown.extend(costs::check(BenchTarget::Avr)?);
     grown.extend(flight::check()?);
+    grown.extend(watch::check()?);
     if grown.is_empty() { Ok(()) } else { Err(BenchError::Grown(grown).into()) }
 }
 
