@@ -152,7 +152,7 @@ fn a_flood_of_requests_neither_costs_memory_nor_holds_the_command() {
         let peak = shown.peak_mb();
         assert!(peak < PEAK_MAX, "{peak} MB, {request}");
         assert!(shown.interrupt().success(), "{request}");
-        floods.map(|flood| flood.join().unwrap());
+        floods.into_iter().for_each(|flood| flood.join().unwrap());
         assert!(sent.load(Ordering::Relaxed) > 8);
     }
 }

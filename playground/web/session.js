@@ -3,7 +3,7 @@
 // The address names the scenario behind `#`, and may have scripts in the place of the example's: `#examples/patrol.toml&examples/patrol.bzz=…`,
 // compressed and in the letters of addresses.
 
-import { element, part } from "./element.js";
+import { element, option, part } from "./element.js";
 import { exportPage, inlined } from "./export.js";
 import { texts } from "./texts.js";
 import { UnsavedTexts } from "./unsaved.js";
@@ -100,7 +100,7 @@ export function connect({ onEvent, onSample, onEnd }) {
         const [program, module, list] = await Promise.all(["worker.js", "playground.wasm", "examples.json"].map(file));
         const { scenarios, files, version } = JSON.parse(new TextDecoder().decode(list));
         examples = files;
-        select.append(...scenarios.map((/** @type {{ path: string, title: string }} */ { path, title }) => new Option(title, path)));
+        select.append(...scenarios.map((/** @type {{ path: string, title: string }} */ { path, title }) => option(title, path)));
         worker = new Worker(URL.createObjectURL(new Blob([program], { type: "text/javascript" })));
         worker.onmessage = (/** @type {MessageEvent<FromWorker>} */ { data }) => {
             if ("isReady" in data) {

@@ -1,6 +1,6 @@
 // A quantity over time: of all robots their quartiles and extremes, and the chosen robot.
 
-import { element, onFrame, part } from "./element.js";
+import { element, onFrame, part, write } from "./element.js";
 import { texts } from "./texts.js";
 import { COMPARED } from "./view.js";
 
@@ -135,8 +135,8 @@ export class Curve {
         line(series(2), "--accent", 1.8);
         this.view.compared.forEach((robot, place) => line(points.map(of(robot)), COMPARED[place], 1.6));
         line(points.map(ofChosen), "--mark", 1.6);
-        part("curve-high").textContent = texts.number(high);
-        part("curve-low").textContent = texts.number(low);
+        write(part("curve-high"), texts.number(high));
+        write(part("curve-low"), texts.number(low));
     }
 
     // Clears the canvas, whose pixels are those of the screen.

@@ -1,6 +1,6 @@
 // Options of the display: a quantity as colors and curve, messages as lines, pictures.
 
-import { element, part, save } from "./element.js";
+import { element, option, part, save, write } from "./element.js";
 import { drawing } from "./drawing.js";
 import { texts } from "./texts.js";
 
@@ -42,10 +42,10 @@ export class DisplayOptions {
         const before = part("color").value;
         const entries = /** @type {[keyof QuantityNames, string[]][]} */ (Object.entries(world.quantities));
         const groups = entries.filter(([, names]) => names.length > 0);
-        part("color").replaceChildren(new Option(texts.byState, ""), ...groups.map(([kind, names]) => {
+        part("color").replaceChildren(option(texts.byState, ""), ...groups.map(([kind, names]) => {
             const group = element("optgroup", { label: texts.quantities[kind] });
             const isElsewhere = (/** @type {string} */ name) => kind !== "plot" && world.quantities.plot.includes(name);
-            group.append(...names.filter((name) => !isElsewhere(name)).map((name) => new Option(name)));
+            group.append(...names.filter((name) => !isElsewhere(name)).map((name) => option(name)));
             return group;
         }));
         part("color").disabled = groups.length === 0;
@@ -82,8 +82,8 @@ export class DisplayOptions {
         const all = values.length === robots ? values : Array(robots).fill(values[0]);
         this.view.paint(all.map((value) => (value === null ? null : (value - least) / (most - least || 1))));
         part("legend").hidden = known.length === 0;
-        part("least").textContent = texts.number(least);
-        part("most").textContent = texts.number(most);
+        write(part("least"), texts.number(least));
+        write(part("most"), texts.number(most));
         this.curve.take(event);
     }
 }

@@ -1,13 +1,13 @@
 // The editor of the scenario's scripts.
 
 import { buzz, completing } from "./buzz.js";
-import { element, inside, part, save } from "./element.js";
+import { element, inside, option, part, printable, save, write } from "./element.js";
 import { faultParts, markOf } from "./fault.js";
 import { texts } from "./texts.js";
 import {
     autocompletion, bracketMatching, closeBrackets, closeBracketsKeymap, completionKeymap, defaultKeymap, drawSelection, EditorState,
-    EditorView, foldGutter, foldKeymap, highlightActiveLine, highlightSelectionMatches, HighlightStyle, history, historyKeymap, indentOnInput,
-    indentUnit, keymap, lineNumbers, lintGutter, lintKeymap, searchKeymap, setDiagnostics, syntaxHighlighting, tags,
+    EditorView, foldGutter, foldKeymap, highlightActiveLine, highlightSelectionMatches, highlightSpecialChars, HighlightStyle, history,
+    historyKeymap, indentOnInput, indentUnit, keymap, lineNumbers, lintGutter, lintKeymap, searchKeymap, setDiagnostics, syntaxHighlighting, tags,
 } from "./vendor.js";
 
 // Milliseconds from the last key until the compiler checks the text.
@@ -129,7 +129,7 @@ export class Editor {
         const names = scripts ? [...scripts.names, scripts.scenario] : [];
         part("tab-script").hidden = names.length === 0;
         this.writable = scripts?.writable ?? [];
-        part("script-name").replaceChildren(...names.map((name) => new Option(name)));
+        part("script-name").replaceChildren(...names.map((name) => option(name)));
         this.showFault(null);
         const name = before !== null && names.includes(before) ? before : names[0];
         if (name === undefined || name !== before) {
@@ -186,7 +186,7 @@ export class Editor {
             element("button", { type: "button", title: texts.discardHelp, onclick: () => this.discard(one) }, texts.discard)));
         part("unsaved").replaceChildren(...lines);
         part("unsaved").hidden = lines.length === 0;
-        part("tab-script").textContent = lines.length === 0 ? texts.tabScript : texts.unsavedMark;
+        write(part("tab-script"), lines.length === 0 ? texts.tabScript : texts.unsavedMark);
     }
 
     /** @param {UnsavedText} one */
@@ -338,7 +338,7 @@ export class Editor {
     showWrite(name) {
         // No server writes scenarios.
         this.writes = this.writable.includes(name);
-        part("write").textContent = this.writes ? texts.write : texts.download;
+        write(part("write"), this.writes ? texts.write : texts.download);
         part("write").title = this.writes ? texts.writeHelp : texts.downloadHelp;
     }
 
@@ -355,7 +355,7 @@ export class Editor {
         if (text !== undefined) {
             delete this.offered[file];
             this.replace(text);
-            part("script-status").textContent = texts.offered;
+            write(part("script-status"), texts.offered);
         }
     }
 
@@ -380,6 +380,8 @@ export class Editor {
             doc,
             extensions: [
                 lineNumbers(), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
+                // Controls that turn the direction of text could show another script than the one that runs.
+                highlightSpecialChars({ addSpecialChars: /[\u202a-\u202e\u2066-\u2069]/g }),
                 highlightSelectionMatches(), lintGutter(), theme, syntaxHighlighting(colors), indentUnit.of("    "),
                 // A scenario has no names, but the extension: it looks for its state some time after a key, when another text may be shown.
                 ...(isScenario ? [] : [buzz]), autocompletion({ override: isScenario ? [] : [completing(() => this.shown?.words ?? [])] }),
@@ -407,11 +409,11 @@ export class Editor {
         const address = await addressOf(this.changed());
         window.history.replaceState(null, "", address);
         const isCopied = await navigator.clipboard?.writeText(address).then(() => true, () => false);
-        part("script-status").textContent = isCopied ? texts.linkedAndCopied : texts.linked;
+        write(part("script-status"), isCopied ? texts.linkedAndCopied : texts.linked);
     }
 
     typed() {
-        part("script-status").textContent = "";
+        write(part("script-status"), "");
         this.onText();
         clearTimeout(this.timer);
         this.timer = setTimeout(() => this.check(), PAUSE);
@@ -468,13 +470,13 @@ export class Editor {
 
     /** @param {RanEvent} event */
     ran({ draft }) {
-        part("script-status").textContent = texts.ran(draft);
+        write(part("script-status"), texts.ran(draft));
         this.showFault(null);
         this.onRun();
     }
 
     began() {
-        part("script-status").textContent = texts.began;
+        write(part("script-status"), texts.began);
         this.onRun();
     }
 
@@ -500,7 +502,7 @@ export class Editor {
             this.keepUnsaved();
         }
         if (this.shown === script) {
-            part("script-status").textContent = this.writes ? texts.written(name) : "";
+            write(part("script-status"), this.writes ? texts.written(name) : "");
         }
     }
 
@@ -532,7 +534,7 @@ export class Editor {
     // The chosen robot can be the only one that runs a text.
     /** @param {number | null} id */
     choose(id) {
-        const [all, one] = [new Option(texts.runOnAll, "all"), new Option(texts.runOnOne(id), "one")];
+        const [all, one] = [option(texts.runOnAll, "all"), option(texts.runOnOne(id), "one")];
         const before = part("run-on").value;
         part("run-on").replaceChildren(all, ...(id === null ? [] : [one]));
         part("run-on").value = id === null ? "all" : before || "all";
@@ -563,7 +565,7 @@ export class Editor {
         const found = diagnostics.map((one) => ({ ...one, fix: fixOf(one), from: isHere(one) ? at(one.line, one.column) : 0 }));
         const marks = found.filter(isHere).map((one) => ({
             from: one.from, to: Math.max(one.from, at(one.end_line, one.end_column)), severity: one.severity, source: one.code,
-            message: one.help ? `${one.message}\n${texts.help}: ${one.help}` : one.message,
+            message: printable(one.help ? `${one.message}\n${texts.help}: ${one.help}` : one.message),
         }));
         marks.push(...(this.mark ? [this.mark] : []));
         marks.sort((a, b) => a.from - b.from);
@@ -598,7 +600,7 @@ export class Editor {
     /** @param {ExplanationEvent} event */
     explain({ text }) {
         const [heading, ...lines] = text.split("\n");
-        inside(part("explanation"), "h2").textContent = heading.replace(/^#+ /, "");
+        write(inside(part("explanation"), "h2"), heading.replace(/^#+ /, ""));
         inside(part("explanation"), "div").replaceChildren(...lines.join("\n").split(/^```\w*$/m).flatMap(explained));
         part("explanation").showModal();
     }

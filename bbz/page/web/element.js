@@ -24,6 +24,38 @@ export function inside(parent, selector) {
     return /** @type {Found} */ (parent.querySelector(selector));
 }
 
+// Characters that control a terminal or turn the direction of text: C0 but line breaks and tabs, DEL, C1, and the controls of Unicode
+// Standard Annex 9. What `bbz` prints is filtered in the same way (bbz/src/escape.rs).
+const CONTROLS = /(?!\t|\r?\n)[\p{Cc}\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]/gu;
+
+// Returns a text whose controls are written as `\u001b`: names, lines and messages may come from anywhere.
+/** @param {string} text */
+export function printable(text) {
+    return text.replace(CONTROLS, (control) => `\\u${control.charCodeAt(0).toString(16).padStart(4, "0")}`);
+}
+
+// Gives an element a text.
+/**
+ * @param {Element} where
+ * @param {string} text
+ */
+export function write(where, text) {
+    where.textContent = printable(text);
+}
+
+// Returns an option of a list.
+/**
+ * @param {string} text
+ * @param {string} [value]
+ * @param {boolean} [isChosen]
+ */
+export function option(text, value = text, isChosen = false) {
+    return new Option(printable(text), value, isChosen, isChosen);
+}
+
+// Attributes that are read.
+const READ = ["title", "aria-label", "label"];
+
 /**
  * @template {keyof HTMLElementTagNameMap} Name
  * @param {Name} name
@@ -36,10 +68,10 @@ export function element(name, attributes = {}, ...children) {
         if (typeof value === "function") {
             made.addEventListener(key.slice(2), value);
         } else {
-            made.setAttribute(key, String(value));
+            made.setAttribute(key, READ.includes(key) ? printable(String(value)) : String(value));
         }
     }
-    made.append(...children);
+    made.append(...children.map((child) => (typeof child === "string" ? printable(child) : child)));
     return made;
 }
 
@@ -67,6 +99,15 @@ export function save(blob, name) {
     const address = URL.createObjectURL(blob);
     element("a", { href: address, download: name }).click();
     URL.revokeObjectURL(address);
+}
+
+// Gives the browser a table to keep, which a terminal may show.
+/**
+ * @param {string} text
+ * @param {string} name
+ */
+export function saveTable(text, name) {
+    save(new Blob([printable(text)], { type: "text/csv" }), name);
 }
 
 // A name and a value of a list.

@@ -1,6 +1,6 @@
 // Files that were handed in, which a teacher chooses or drops on the page, and their marks.
 
-import { element, part, save } from "./element.js";
+import { element, part, saveTable, write } from "./element.js";
 import { texts } from "./texts.js";
 
 /**
@@ -57,10 +57,10 @@ export class Grading {
         }
         const large = files.find((file) => file.size > BYTES_MAX);
         if (large) {
-            this.status.textContent = texts.tooLarge(large.name);
+            write(this.status, texts.tooLarge(large.name));
             return;
         }
-        this.status.textContent = texts.grading;
+        write(this.status, texts.grading);
         this.result.replaceChildren();
         /** @type {Record<string, string>} */
         const named = {};
@@ -77,24 +77,24 @@ export class Grading {
 
     /** @param {MarksEvent} event */
     take({ marks, csv }) {
-        this.status.textContent = "";
+        write(this.status, "");
         const head = element("tr", {}, ...texts.marksHead.map((text) => element("th", { scope: "col" }, text)));
         this.result.replaceChildren(
             element("table", {}, element("thead", {}, head), element("tbody", {}, ...marks.map(row))),
-            element("button", { type: "button", onclick: () => save(new Blob([csv], { type: "text/csv" }), texts.marksAs) }, texts.saveMarks));
+            element("button", { type: "button", onclick: () => saveTable(csv, texts.marksAs) }, texts.saveMarks));
     }
 
     /** @param {TrialsEvent} event */
     advanced({ percent }) {
         if (this.status.textContent !== "") {
-            this.status.textContent = percent < 100 ? `${texts.grading} ${texts.percentDone(percent)}` : "";
+            write(this.status, percent < 100 ? `${texts.grading} ${texts.percentDone(percent)}` : "");
         }
     }
 
     /** @param {string} reason */
     refused(reason) {
         if (this.status.textContent !== "") {
-            this.status.textContent = reason;
+            write(this.status, reason);
         }
     }
 }

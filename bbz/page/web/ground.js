@@ -1,6 +1,6 @@
 // The panel of the world: links, lamps, the commands so far and the digest.
 
-import { element, part, row } from "./element.js";
+import { element, part, row, write } from "./element.js";
 import { texts } from "./texts.js";
 
 /**
@@ -86,7 +86,7 @@ export class Ground {
         const shown = element("output", {}, loss ? texts.percent(loss[0]) : texts.ofModel);
         const slider = element("input", { type: "range", min: 0, max: 100, value: loss ? 100 * loss[0] : 0, "aria-label": texts.lossOf(name) });
         slider.addEventListener("input", () => {
-            shown.textContent = texts.percent(Number(slider.value) / 100);
+            write(shown, texts.percent(Number(slider.value) / 100));
         });
         slider.addEventListener("change", () => this.command(`loss = ${Number(slider.value) / 100}\nmedium = "${name}"`));
         return element("label", { class: "loss" }, element("span", {}, /** @type {Record<string, string>} */ (texts.media)[name] ?? name), slider, shown);
@@ -158,12 +158,12 @@ export class Ground {
 
     // The digest of an earlier tick goes, so that the answer is seen to come.
     askDigest() {
-        this.digest.textContent = "";
+        write(this.digest, "");
         this.ask("digest");
     }
 
     /** @param {DigestEvent} event */
     showDigest({ tick, digest }) {
-        this.digest.textContent = texts.digestAt(digest, tick / this.ticksPerSecond);
+        write(this.digest, texts.digestAt(digest, tick / this.ticksPerSecond));
     }
 }

@@ -1,6 +1,6 @@
 // The lines that robots logged, the faults of scripts, and the expectations.
 
-import { element, part } from "./element.js";
+import { element, part, write } from "./element.js";
 import { texts } from "./texts.js";
 
 // Lines that are kept.
@@ -129,7 +129,7 @@ export function showTests(expectations, older) {
     const reason = older && lines.length > 0 ? texts.older[older] : "";
     if (part("older").textContent !== reason) {
         // A screen reader reads it only when it changes.
-        part("older").textContent = reason;
+        write(part("older"), reason);
     }
     document.body.classList.toggle("older", older !== null);
 }

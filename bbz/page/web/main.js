@@ -3,7 +3,7 @@
 import { Controls } from "./controls.js";
 import { Curve } from "./curve.js";
 import { Editor } from "./editor.js";
-import { element, fillTexts, inside, part, row, save, showIcon, Tabs } from "./element.js";
+import { element, fillTexts, inside, option, part, row, save, showIcon, Tabs, write } from "./element.js";
 import { editedPlace, faultParts } from "./fault.js";
 import { Grading } from "./grading.js";
 import { Ground } from "./ground.js";
@@ -133,7 +133,7 @@ const handlers = {
         trials.begin(begun);
         grading.begin(begun);
         // The playground has it in its list of examples.
-        part("scenario").textContent = session.link ? "" : (begun.scripts?.scenario ?? "");
+        write(part("scenario"), session.link ? "" : (begun.scripts?.scenario ?? ""));
         view.begin(begun, robots);
         panel.begin(begun, view.chosen);
         ground.begin(begun);
@@ -149,7 +149,7 @@ const handlers = {
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
         document.body.classList.toggle("recorded", Boolean(begun.recording));
         document.body.classList.toggle("watched", Boolean(begun.watched));
-        inside(part("hint"), "[data-text]").textContent = begun.watched ? texts.hintWatched : texts.hint;
+        write(inside(part("hint"), "[data-text]"), begun.watched ? texts.hintWatched : texts.hint);
         if (begun.watched && view.chosen === null) {
             tabs.show("log");
         }
@@ -323,7 +323,7 @@ function showStatus(text) {
     const shown = defect || late || said;
     // Screen readers would read the same text again.
     if (part("status").textContent !== shown) {
-        part("status").textContent = shown;
+        write(part("status"), shown);
     }
 }
 
@@ -331,7 +331,7 @@ function showStatus(text) {
 /** @param {(() => void) | null} takeOver */
 function wait(takeOver) {
     document.body.classList.toggle("waiting", takeOver !== null);
-    inside(part("elsewhere"), "span").textContent = takeOver ? texts.elsewhere : "";
+    write(inside(part("elsewhere"), "span"), takeOver ? texts.elsewhere : "");
     part("elsewhere").hidden = takeOver === null;
     part("take-over").onclick = takeOver;
 }
@@ -442,7 +442,7 @@ function showTime() {
     }
     const tick = Math.max(robots.tick, 0);
     timeLine.show(tick, state.plays);
-    part("clock").textContent = world.watched ? texts.seconds(tick / world.ticks_per_second) : texts.clock(tick / world.ticks_per_second, world.end / world.ticks_per_second);
+    write(part("clock"), world.watched ? texts.seconds(tick / world.ticks_per_second) : texts.clock(tick / world.ticks_per_second, world.end / world.ticks_per_second));
 }
 
 /** @param {CommandDescription[]} commands */
@@ -464,9 +464,9 @@ function line({ tick, robot }, content, kind, code) {
 }
 
 for (const rate of RATES) {
-    part("rate").append(new Option(texts.rateOf(rate), String(rate), rate === 1, rate === 1));
+    part("rate").append(option(texts.rateOf(rate), String(rate), rate === 1));
 }
-part("rate").append(new Option(texts.asFast, "0"));
+part("rate").append(option(texts.asFast, "0"));
 inside(part("help"), "dl").append(...texts.allKeys.map(([key, text]) => row(element("kbd", {}, key), text)));
 
 const [goBack, goHome, showHelp] = [() => goTo(robots.tick - 1), () => goTo(0), () => part("help").showModal()];

@@ -1,7 +1,7 @@
 // The assignment, the hand-in, and trials next to the run.
 
 import { quantile } from "./curve.js";
-import { element, part, save } from "./element.js";
+import { element, option, part, save, saveTable, write } from "./element.js";
 import { texts } from "./texts.js";
 
 // Width and height of the picture, and the room for its numbers.
@@ -53,7 +53,7 @@ export class Trials {
         this.showAssignment(world.assignment);
         part("trials").hidden = !world.scripts;
         this.vary = element("input", { type: "text", name: "vary", list: "keys-of-trials", placeholder: texts.varyExample });
-        const keys = element("datalist", { id: "keys-of-trials" }, ...this.keys(world).map((key) => new Option(key)));
+        const keys = element("datalist", { id: "keys-of-trials" }, ...this.keys(world).map((key) => option(key)));
         const form = element("form", {
             class: "trials",
             onsubmit: (event) => {
@@ -100,7 +100,7 @@ export class Trials {
             class: "place",
             onsubmit: (event) => {
                 event.preventDefault();
-                this.handed.textContent = texts.trying;
+                write(this.handed, texts.trying);
                 this.ask({ hand_in: { by: name.value, texts: this.textsOf() } });
             },
         }, name, element("button", { class: "main", title: texts.handInHelp }, texts.handIn));
@@ -125,10 +125,10 @@ export class Trials {
         const groups = [["since", expectations.map(({ name, text, line }, number) => {
             // Two expectations may differ in their tolerance alone.
             const isUnique = expectations.filter((other) => (other.name ?? other.text) === (name ?? text)).length === 1;
-            return new Option(`${name ?? text}${isUnique ? "" : ` (${texts.line(line)})`}`, `since ${number}`);
+            return option(`${name ?? text}${isUnique ? "" : ` (${texts.line(line)})`}`, `since ${number}`);
         })]];
         for (const [kind, names] of Object.entries(quantities)) {
-            groups.push([kind, names.map((/** @type {string} */ name) => new Option(name, `end ${name}`))]);
+            groups.push([kind, names.map((/** @type {string} */ name) => option(name, `end ${name}`))]);
         }
         return element("select", { name: "measure" }, ...groups.filter(([, options]) => options.length > 0)
             .map(([kind, options]) => element("optgroup", { label: /** @type {Record<string, string>} */ (texts.quantities)[kind] ?? texts.since }, ...options)));
@@ -202,20 +202,20 @@ export class Trials {
         /** @type {(string | number | boolean)[][]} */
         const rows = this.done.map((one) => [one.value ?? "", one.seed, one.success, ...one.since.map((since) => since ?? ""), this.number(one) ?? ""]);
         const lines = [head, ...rows].map((row) => row.map((cell) => (typeof cell === "string" && cell !== "" ? quoted(cell) : cell)).join(","));
-        save(new Blob([`${lines.join("\n")}\n`], { type: "text/csv" }), texts.tableAs);
+        saveTable(`${lines.join("\n")}\n`, texts.tableAs);
     }
 
     /** @param {string} reason */
     refused(reason) {
         if (this.handed.textContent === texts.trying) {
-            this.handed.textContent = reason;
+            write(this.handed, reason);
         }
     }
 
     /** @param {ResultEvent} event */
     handIn(event) {
         save(new Blob([event.text], { type: "application/json" }), event.name);
-        this.handed.textContent = texts.handedIn(event);
+        write(this.handed, texts.handedIn(event));
     }
 }
 

@@ -1,7 +1,7 @@
 // The view of the world.
 
 import { Camera } from "./camera.js";
-import { inside, part } from "./element.js";
+import { inside, part, write } from "./element.js";
 import { Obstacles } from "./obstacles.js";
 import { drawPaint, groundColor } from "./paint.js";
 import { Robots } from "./recording.js";
@@ -432,7 +432,7 @@ export class View {
             bar.style.width = `${width}px`;
         });
         this.show("bar-text", `${step} mm`, (place, text) => {
-            place.textContent = text;
+            write(place, text);
         });
         this.showWind();
         let shown = "";
@@ -446,7 +446,7 @@ export class View {
         this.show("name", shown, (name) => {
             name.hidden = shown === "";
             const [id = "", left = 0, top = 0] = shown.split(" ");
-            name.textContent = id;
+            write(name, id);
             name.style.left = `${left}px`;
             name.style.top = `${top}px`;
         });
@@ -461,7 +461,7 @@ export class View {
             wind.hidden = shown === "";
             const [speed = "", turn = "0"] = shown.split(" ");
             inside(wind, "i").style.transform = `rotate(${-Number(turn)}deg)`;
-            inside(wind, "span").textContent = texts.wind(speed);
+            write(inside(wind, "span"), texts.wind(speed));
         });
     }
 

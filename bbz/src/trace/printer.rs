@@ -5,7 +5,7 @@ use std::sync::Arc;
 #[cfg(feature = "view")]
 use std::sync::atomic::{AtomicBool, Ordering};
 #[cfg(feature = "view")]
-use std::sync::mpsc::Sender;
+use std::sync::mpsc::SyncSender;
 
 use annotate_snippets::{Group, Level as Severity};
 use bittybuzz_arena::robot::Piece;
@@ -82,7 +82,7 @@ pub struct TracePrinter<'a> {
     reporter: u16,
     /// The page that receives the reports, until the flag is true.
     #[cfg(feature = "view")]
-    page: Option<(Sender<RobotReport>, Arc<AtomicBool>)>,
+    page: Option<(SyncSender<RobotReport>, Arc<AtomicBool>)>,
     ending: ExitStatus,
 }
 
@@ -117,7 +117,7 @@ impl<'a> TracePrinter<'a> {
 
     /// Reports to a page instead of printing, until the page is closed and sets the flag.
     #[cfg(feature = "view")]
-    pub fn for_page(mut self, page: Sender<RobotReport>, is_closed: Arc<AtomicBool>) -> Self {
+    pub fn for_page(mut self, page: SyncSender<RobotReport>, is_closed: Arc<AtomicBool>) -> Self {
         self.format = TraceFormat::Page;
         self.page = Some((page, is_closed));
         self

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::channel;
+use std::sync::mpsc::sync_channel;
 use std::thread;
 use std::time::Duration;
 
@@ -16,6 +16,9 @@ use crate::view::{self, Opening, ViewError};
 
 use super::printer::TracePrinter;
 
+/// The greatest number of reports that wait for the page's session, which takes them every few milliseconds.
+const REPORTS_MAX: usize = 1024;
+
 /// Time between two checks of the page after the last message.
 const PATIENCE: Duration = Duration::from_millis(100);
 
@@ -28,7 +31,7 @@ pub fn show(
     listen: impl FnOnce(&mut TracePrinter<'_>, &mut Interrupt) -> Result<(), Box<dyn Problem>>,
 ) -> Result<ExitStatus, Box<dyn Problem>> {
     let page = Page::open().map_err(ViewError::Page)?;
-    let (sender, reports) = channel();
+    let (sender, reports) = sync_channel(REPORTS_MAX);
     let is_closed = Arc::new(AtomicBool::new(false));
     let mut watched = Watched::new(reports, kind, printer.script_name());
     let mut printer = printer.for_page(sender, is_closed.clone());
