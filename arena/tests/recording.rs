@@ -5,7 +5,7 @@ use bittybuzz_arena::output::recording::{
     RecordedShape, RecordingError, RecordingHeader, RecordingReader, RecordingSample,
     RecordingWriter, RobotStatus,
 };
-use proptest::collection::vec;
+use proptest::collection::{hash_map, vec};
 use proptest::prelude::*;
 
 fn write(header: &RecordingHeader, samples: &[RecordingSample]) -> Vec<u8> {
@@ -113,7 +113,7 @@ fn ids_that_overflow_are_malformed() {
 #[test]
 fn counts_beyond_the_file_are_cut_off() {
     let most = [0xff, 0xff, 0xff, 0xff, 0x0f];
-    let robots = [b"bbzrec\x04\x01\x01\x64".as_slice(), &most].concat();
+    let robots = b"bbzrec\x04\x01\x01\x64\x80\x80\x04".to_vec();
     let ground = [b"bbzrec\x04\x01\x01\x64\x00".as_slice(), &most].concat();
     let obstacles = [b"bbzrec\x04\x01\x01\x64\x00\x00".as_slice(), &most].concat();
     let movables = [b"bbzrec\x04\x01\x01\x64\x00\x00\x00".as_slice(), &most].concat();
@@ -122,12 +122,28 @@ fn counts_beyond_the_file_are_cut_off() {
     }
 }
 
+/// 65,537 robots in a header of 4 KB: no memory is reserved for them.
+#[test]
+fn more_robots_than_ids_are_refused() {
+    let file = [b"bbzrec\x04\x01\x01\x64\x81\x80\x04".as_slice(), &[0; 4096]].concat();
+    let error = read(&file).unwrap_err();
+    assert!(error.to_string().contains("65537 robots"), "{error}");
+}
+
+/// Robots 7, 3 and 7 again: the differences 7, -4, 4 are 0e 07 08.
+#[test]
+fn equal_ids_are_refused() {
+    let robots = [3, 0x0e, 7, 8, 2, 0, 0, 0, 0, 0, 1, 0, 0, 1];
+    let error = read(&[b"bbzrec\x04\x01\x01\x64".as_slice(), &robots].concat()).unwrap_err();
+    assert!(error.to_string().contains("two of its robots have the id 7"), "{error}");
+}
+
 /// The fourth form of an obstacle does not exist, and the ground has no walls.
 #[test]
 fn unknown_outlines_are_malformed() {
-    let obstacle = b"bbzrec\x04\x01\x01\x64\x00\x00\x01\x03";
+    let obstacle = b"bbzrec\x04\x01\x01\x64\x00\x00\x01\x03\x00\x00\x00\x00";
     assert_eq!(read(obstacle).unwrap_err(), RecordingError::Malformed(13));
-    let patch = b"bbzrec\x04\x01\x01\x64\x00\x01\x02";
+    let patch = b"bbzrec\x04\x01\x01\x64\x00\x01\x02\x00\x00\x00\x00";
     assert_eq!(read(patch).unwrap_err(), RecordingError::Malformed(12));
 }
 
@@ -196,14 +212,14 @@ fn movable() -> impl Strategy<Value = RecordedMovable> {
 
 /// A recording of some robots and movable discs: who has joined stays, and may move or not.
 fn recording() -> impl Strategy<Value = (RecordingHeader, Vec<RecordingSample>)> {
-    let bodies = vec(any::<(u16, u32)>(), 0..6);
+    let bodies = hash_map(any::<u16>(), any::<u32>(), 0..6);
     let outlines = (vec(patch(), 0..4), vec(obstacle(), 0..4), vec(movable(), 0..4));
     (bodies, outlines, any::<[u32; 2]>(), any::<u32>()).prop_flat_map(
         |(bodies, (ground, obstacles, movables), size, tick_ms)| {
             let (count, discs) = (bodies.len(), movables.len());
             let starts: Vec<[i32; 2]> = movables.iter().map(|movable| movable.at).collect();
-            let bodies =
-                bodies.into_iter().map(|(id, radius)| RecordedBody { id, radius }).collect();
+            let body = |(id, radius)| RecordedBody { id, radius };
+            let bodies = bodies.into_iter().map(body).collect();
             let header = RecordingHeader { size, tick_ms, bodies, ground, obstacles, movables };
             let places = vec(proptest::option::of(any::<[i32; 2]>()), discs);
             let step = (1u64..1 << 40, vec(proptest::option::of(robot()), count), places);

@@ -39,6 +39,8 @@ mod output;
 mod probe_rs;
 mod problem;
 mod program;
+#[cfg(test)]
+mod proportion;
 #[cfg(feature = "view")]
 mod redirect;
 mod report;

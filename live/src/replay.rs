@@ -1,10 +1,13 @@
 //! A recording that a client plays.
+//!
+//! A recording may come from somebody else, so a file of any content takes memory in proportion to
+//! its length: one state of the robots that changes in place, and copies of it within a budget.
 
 use std::time::Duration;
 
 use bittybuzz_arena::output::recording::{
-    RecordedBody, RecordedMovable, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot,
-    RecordedShape, RecordingError, RecordingReader, RecordingSample,
+    RecordedBody, RecordedMovable, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedShape,
+    RecordingError, RecordingReader,
 };
 
 use crate::pace::{Pace, RATES};
@@ -20,17 +23,20 @@ use crate::source::Source;
 /// back.
 const KEYS_MAX: usize = 256;
 
+/// The memory of all these positions, in bytes for each byte of the recording. The state of the
+/// robots and the header take 12 more at most, as a robot has two bytes in the file, 8 in the header
+/// and 16 in the state; a step back copies the state once.
+const KEY_BYTES_PER_BYTE: usize = 32;
+
 /// A recording that a client plays and watches. Its ticks are those of its samples: it has no data
 /// between two of them.
 pub struct Replay<'a> {
-    /// The reader of the samples after `next`.
+    /// The reader after the shown sample, whose state it has.
     reader: RecordingReader<'a>,
-    shown: RecordingSample,
-    /// The sample after the shown one; `None` at the last.
-    next: Option<RecordingSample>,
-    /// Copies of the reader before some samples, with the ticks of these samples, in ascending
-    /// order.
-    keys: Vec<(u64, RecordingReader<'a>)>,
+    /// Copies of the reader after some samples, the first among them, in ascending order.
+    keys: Vec<RecordingReader<'a>>,
+    /// The number of samples that can be read.
+    count: u64,
     /// The tick of the last sample.
     end: u64,
     /// The error that ends the recording early; `None` if it is complete.
@@ -44,43 +50,37 @@ impl<'a> Replay<'a> {
     /// Reads a whole recording, and shows its first sample. A truncated or damaged recording ends
     /// where it cannot be read.
     pub fn new(bytes: &'a [u8]) -> Result<Self, RecordingError> {
-        let start = RecordingReader::new(bytes)?;
-        let mut reader = start.clone();
-        let (mut keys, mut apart, mut count) = (Vec::new(), 1, 0);
-        let (mut end, mut cut) = (0, None);
+        let mut reader = RecordingReader::new(bytes)?;
+        let budget = KEY_BYTES_PER_BYTE.saturating_mul(bytes.len());
+        let keys_max = (budget / reader.clone_bytes()).clamp(1, KEYS_MAX);
+        let (mut keys, mut apart) = (Vec::new(), 1);
+        let (mut count, mut end, mut cut) = (0, 0, None);
         loop {
-            let here = reader.clone();
-            match reader.next() {
-                None => break,
-                Some(Err(error)) => {
+            match reader.advance() {
+                Ok(Some(tick)) => end = tick,
+                Ok(None) => break,
+                Err(error) if count == 0 => return Err(error),
+                Err(error) => {
                     cut = Some(error);
                     break;
                 }
-                Some(Ok(sample)) => {
-                    end = sample.tick;
-                    if count % apart == 0 {
-                        keys.push((sample.tick, here));
-                    }
-                    count += 1;
-                    if keys.len() > KEYS_MAX {
-                        let mut number = 0;
-                        keys.retain(|_| {
-                            number += 1;
-                            number % 2 == 1
-                        });
-                        apart *= 2;
-                    }
-                }
             }
+            // With half as many keys, every second of the later samples has none.
+            while keys.len() == keys_max && count % apart == 0 {
+                keep_every_second(&mut keys);
+                apart *= 2;
+            }
+            if count % apart == 0 {
+                keys.push(reader.clone());
+            }
+            count += 1;
         }
-        let mut reader = start;
-        let first = reader.next().ok_or(RecordingError::Empty)??;
-        let next = reader.next().and_then(Result::ok);
+        let first = keys.first().ok_or(RecordingError::Empty)?;
+        let reader = first.clone();
         let mut replay = Replay {
             reader,
-            shown: first,
-            next,
             keys,
+            count,
             end,
             cut,
             pace: Pace::Paused,
@@ -91,24 +91,39 @@ impl<'a> Replay<'a> {
         Ok(replay)
     }
 
+    /// Returns the tick of the shown sample.
+    fn shown_tick(&self) -> u64 {
+        self.reader.tick()
+    }
+
+    /// Returns true if the last sample is shown.
+    fn is_at_end(&self) -> bool {
+        self.reader.samples() == self.count
+    }
+
+    /// Returns true if the next sample is at or before a tick.
+    fn is_due(&self, tick: u64) -> bool {
+        // The data after the last sample may look like one, but cannot be read.
+        !self.is_at_end() && self.reader.next_tick().is_some_and(|next| next <= tick)
+    }
+
     /// Shows the next sample. Returns false at the last one; `cut` has the error that follows it.
     fn step(&mut self) -> bool {
-        let Some(next) = self.next.take() else { return false };
-        self.shown = next;
-        self.next = self.reader.next().and_then(Result::ok);
-        true
+        if self.is_at_end() {
+            return false;
+        }
+        let tick = self.reader.advance().expect("this sample was read before");
+        tick.is_some()
     }
 
     /// Shows the last sample at or before a tick, or the first sample of the recording.
     fn go_to(&mut self, tick: u64) {
-        if tick < self.shown.tick {
-            let at = self.keys.partition_point(|(of, _)| *of <= tick).saturating_sub(1);
-            let (_, key) = self.keys.get(at).expect("the first sample always has a copy");
+        if tick < self.shown_tick() {
+            let at = self.keys.partition_point(|key| key.tick() <= tick).saturating_sub(1);
+            let key = self.keys.get(at).expect("the first sample always has a copy");
             self.reader = key.clone();
-            self.next = self.reader.next().and_then(Result::ok);
-            self.step();
         }
-        while self.next.as_ref().is_some_and(|next| next.tick <= tick) {
+        while self.is_due(tick) {
             self.step();
         }
     }
@@ -124,16 +139,25 @@ impl<'a> Replay<'a> {
             _ => None,
         };
         self.events.push(PageEvent::State(StateEvent {
-            tick: self.shown.tick,
+            tick: self.shown_tick(),
             plays: self.pace != Pace::Paused,
             rate,
-            over: self.next.is_none(),
+            over: self.is_at_end(),
         }));
     }
 
     fn refuse(&mut self, text: &str) {
         self.events.push(PageEvent::refused(text, None));
     }
+}
+
+/// Removes the second key, the fourth, and so on.
+fn keep_every_second(keys: &mut Vec<RecordingReader<'_>>) {
+    let mut number = 0;
+    keys.retain(|_| {
+        number += 1;
+        number % 2 == 1
+    });
 }
 
 /// Describes successive robots of one size as a group.
@@ -235,10 +259,10 @@ impl Source for Replay<'_> {
                 return self.refuse(&Pace::refusal(rate));
             }
             Ok(Request::Play { rate }) => {
-                if self.next.is_none() {
+                if self.is_at_end() {
                     self.go_to(0);
                 }
-                self.pace = Pace::play(rate, now, self.shown.tick);
+                self.pace = Pace::play(rate, now, self.shown_tick());
             }
             Ok(Request::Pause) => self.pace = Pace::Paused,
             Ok(Request::Step { ticks }) => {
@@ -260,29 +284,27 @@ impl Source for Replay<'_> {
     }
 
     fn advance(&mut self, now: Duration, has_time: &mut dyn FnMut() -> bool) -> bool {
-        let due = self.pace.due(self.shown.tick, now, self.ticks_per_second());
+        let due = self.pace.due(self.shown_tick(), now, self.ticks_per_second());
         if due == 0 {
             return false;
         }
-        let wanted = self.shown.tick.saturating_add(due);
-        let is_due =
-            |next: &Option<RecordingSample>| next.as_ref().is_some_and(|next| next.tick <= wanted);
-        while is_due(&self.next) && has_time() {
+        let wanted = self.shown_tick().saturating_add(due);
+        while self.is_due(wanted) && has_time() {
             self.step();
         }
-        if self.next.is_none() {
+        if self.is_at_end() {
             self.pace = Pace::Paused;
             self.add_state();
         }
-        let is_late = is_due(&self.next);
+        let is_late = self.is_due(wanted);
         if is_late {
-            self.pace.passed(0, due, self.shown.tick, now);
+            self.pace.passed(0, due, self.shown_tick(), now);
         }
         is_late
     }
 
     fn tick(&self) -> u64 {
-        self.shown.tick
+        self.shown_tick()
     }
 
     fn take_events(&mut self) -> Vec<PageEvent> {
@@ -290,8 +312,8 @@ impl Source for Replay<'_> {
     }
 
     fn take_sample(&mut self) -> Vec<u8> {
-        let robots: &[Option<RecordedRobot>] = &self.shown.robots;
-        let header = || self.reader.header().clone();
-        self.samples.take(self.shown.tick, robots, &self.shown.movables, header)
+        let Replay { reader, samples, .. } = self;
+        let header = || reader.header().clone();
+        samples.take(reader.tick(), reader.robots(), reader.movables(), header)
     }
 }

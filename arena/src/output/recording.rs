@@ -29,6 +29,7 @@
 
 use std::io::{self, Write};
 
+mod cursor;
 mod reader;
 
 pub use reader::{RecordingError, RecordingReader};
@@ -38,6 +39,9 @@ const MAGIC: &[u8; 6] = b"bbzrec";
 
 /// Version of the format.
 pub const VERSION: u8 = 4;
+
+/// The greatest number of robots in a recording: one for each id.
+const ROBOTS_MAX: u32 = 1 << 16;
 
 /// The data that hold for a whole recording.
 #[derive(Debug, Clone, PartialEq, Eq)]

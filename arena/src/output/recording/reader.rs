@@ -1,12 +1,14 @@
 //! Reads recordings.
+//!
+//! A recording may come from somebody else, so its length bounds memory and time.
+//! [`RecordingReader::advance`] changes one state in place: a sample costs as much as its changes,
+//! however many robots there are.
 
 use std::fmt;
+use std::sync::Arc;
 
-use super::{
-    BLOCK, DISC, HEADING, HEIGHT, MAGIC, ORIGIN, PLACE, RecordedBody, RecordedMovable,
-    RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
-    RecordingHeader, RecordingSample, RobotStatus, SHOWN, VERSION, WALL,
-};
+use super::cursor::Cursor;
+use super::{MAGIC, ORIGIN, ROBOTS_MAX, RecordedRobot, RecordingHeader, RecordingSample, VERSION};
 
 /// A reason why a recording cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +17,10 @@ pub enum RecordingError {
     NotARecording,
     /// The recording has another version of the format.
     Version(u8),
+    /// The recording has more robots than there are ids.
+    TooManyRobots(u32),
+    /// Two robots of the recording have this id.
+    EqualIds(u16),
     /// The recording has no samples.
     Empty,
     /// The data end before the end of the recording.
@@ -35,6 +41,15 @@ impl fmt::Display for RecordingError {
                      record the run again"
                 )
             }
+            RecordingError::TooManyRobots(count) => {
+                write!(
+                    f,
+                    "it is damaged: it has {count} robots, and at most {ROBOTS_MAX} have different ids"
+                )
+            }
+            RecordingError::EqualIds(id) => {
+                write!(f, "it is damaged: two of its robots have the id {id}")
+            }
             RecordingError::Empty => f.write_str("it has no samples"),
             RecordingError::Truncated => f.write_str("it is cut off"),
             RecordingError::Malformed(at) => write!(f, "it is damaged at byte {at}"),
@@ -44,12 +59,15 @@ impl fmt::Display for RecordingError {
 
 impl std::error::Error for RecordingError {}
 
-/// Reads a recording, sample by sample. A clone continues at the same place.
+/// Reads a recording, sample by sample. A clone continues at the same place and shares the header.
+///
+/// The iterator copies the state of all robots for each sample; [`advance`](Self::advance) does
+/// not.
 #[derive(Debug, Clone)]
 pub struct RecordingReader<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    header: RecordingHeader,
+    /// The start of the next sample.
+    cursor: Cursor<'a>,
+    header: Arc<RecordingHeader>,
     robots: Vec<Option<RecordedRobot>>,
     movables: Vec<[i32; 2]>,
     tick: u64,
@@ -66,50 +84,17 @@ impl<'a> RecordingReader<'a> {
             Some(version) => return Err(RecordingError::Version(*version)),
             None => return Err(RecordingError::Truncated),
         }
-        let header = RecordingHeader {
-            size: [0; 2],
-            tick_ms: 0,
-            bodies: Vec::new(),
-            ground: Vec::new(),
-            obstacles: Vec::new(),
-            movables: Vec::new(),
-        };
-        let mut reader = RecordingReader {
-            bytes,
-            at: MAGIC.len() + 1,
-            header,
-            robots: Vec::new(),
-            movables: Vec::new(),
+        let mut cursor = Cursor { bytes, at: MAGIC.len() + 1 };
+        let header = cursor.header()?;
+        Ok(RecordingReader {
+            cursor,
+            robots: vec![None; header.bodies.len()],
+            movables: header.movables.iter().map(|movable| movable.at).collect(),
+            header: Arc::new(header),
             tick: 0,
             samples: 0,
             is_over: false,
-        };
-        reader.header.size = [reader.get_as()?, reader.get_as()?];
-        reader.header.tick_ms = reader.get_as()?;
-        let count: u32 = reader.get_as()?;
-        let ids: Vec<u16> = reader.get_differences(count)?;
-        let radii: Vec<u32> = reader.get_differences(count)?;
-        reader.header.bodies =
-            ids.into_iter().zip(radii).map(|(id, radius)| RecordedBody { id, radius }).collect();
-        let count: u32 = reader.get_as()?;
-        for _ in 0..count {
-            let patch = reader.patch()?;
-            reader.header.ground.push(patch);
-        }
-        let count: u32 = reader.get_as()?;
-        for _ in 0..count {
-            let obstacle = reader.obstacle()?;
-            reader.header.obstacles.push(obstacle);
-        }
-        let count: u32 = reader.get_as()?;
-        for _ in 0..count {
-            let (at, radius) = (reader.numbers()?, reader.get_as()?);
-            let height = reader.height()?;
-            reader.header.movables.push(RecordedMovable { at, radius, height });
-        }
-        reader.movables = reader.header.movables.iter().map(|movable| movable.at).collect();
-        reader.robots = vec![None; reader.header.bodies.len()];
-        Ok(reader)
+        })
     }
 
     /// Returns the data that hold for the whole recording.
@@ -117,181 +102,85 @@ impl<'a> RecordingReader<'a> {
         &self.header
     }
 
-    fn patch(&mut self) -> Result<RecordedPatch, RecordingError> {
-        let at = self.at;
-        let form = self.byte()?;
-        let shape = self.shape(form)?.ok_or(RecordingError::Malformed(at))?;
-        let at = self.at;
-        let brightness = self.get_as()?;
-        let is_valid = brightness <= 1000;
-        is_valid.then_some(RecordedPatch { shape, brightness }).ok_or(RecordingError::Malformed(at))
+    /// Returns the tick of the last sample that was read; 0 before the first.
+    pub fn tick(&self) -> u64 {
+        self.tick
     }
 
-    /// Reads the numbers of a shape; `None` if the form is not one.
-    fn shape(&mut self, form: u8) -> Result<Option<RecordedShape>, RecordingError> {
-        Ok(match form {
-            DISC => Some(RecordedShape::Disc(self.numbers()?)),
-            BLOCK => Some(RecordedShape::Block(self.numbers()?)),
-            _ => None,
-        })
+    /// Returns each robot in the last sample that was read, in the order of the header; `None`
+    /// before it joins.
+    pub fn robots(&self) -> &[Option<RecordedRobot>] {
+        &self.robots
     }
 
-    fn obstacle(&mut self) -> Result<RecordedObstacle, RecordingError> {
-        let malformed = RecordingError::Malformed(self.at);
-        let outline = match self.byte()? {
-            WALL => RecordedOutline::Wall(self.numbers()?),
-            form => RecordedOutline::Shape(self.shape(form)?.ok_or(malformed)?),
-        };
-        Ok(RecordedObstacle { outline, height: self.height()? })
+    /// Returns the center of each movable disc in the last sample that was read.
+    pub fn movables(&self) -> &[[i32; 2]] {
+        &self.movables
     }
 
-    fn height(&mut self) -> Result<Option<u32>, RecordingError> {
-        let malformed = RecordingError::Malformed(self.at);
-        self.get()?.checked_sub(1).map(u32::try_from).transpose().map_err(|_| malformed)
+    /// Returns the number of samples that were read.
+    pub fn samples(&self) -> u64 {
+        self.samples
     }
 
-    fn numbers<const COUNT: usize>(&mut self) -> Result<[i32; COUNT], RecordingError> {
-        let mut numbers = [0; COUNT];
-        for number in &mut numbers {
-            let malformed = RecordingError::Malformed(self.at);
-            *number = i32::try_from(self.get_signed()?).map_err(|_| malformed)?;
+    /// Returns the bytes of memory that a clone takes.
+    pub fn clone_bytes(&self) -> usize {
+        size_of_val(self) + size_of_val(&*self.robots) + size_of_val(&*self.movables)
+    }
+
+    /// Returns the tick of the next sample, without reading its changes; `None` at the end, or
+    /// where the data are damaged.
+    pub fn next_tick(&self) -> Option<u64> {
+        let mut cursor = self.cursor;
+        let is_sample = !self.is_over && cursor.get().ok()? != 0;
+        is_sample.then(|| self.tick.checked_add(cursor.get().ok()?)).flatten()
+    }
+
+    /// Reads the next sample and returns its tick; `None` at the end. After an error nothing more
+    /// can be read, and some robots may have changed.
+    pub fn advance(&mut self) -> Result<Option<u64>, RecordingError> {
+        if self.is_over {
+            return Ok(None);
         }
-        Ok(numbers)
+        let tick = self.sample();
+        // The data after an error cannot be interpreted.
+        self.is_over = !matches!(tick, Ok(Some(_)));
+        tick
     }
 
-    /// Reads numbers that are stored as differences from the number before.
-    fn get_differences<T: TryFrom<i64>>(&mut self, count: u32) -> Result<Vec<T>, RecordingError> {
-        let mut last = 0i64;
-        // No capacity is reserved: a damaged count would take all memory.
-        let mut numbers = Vec::new();
-        for _ in 0..count {
-            let malformed = RecordingError::Malformed(self.at);
-            last = last.checked_add(self.get_signed()?).ok_or(malformed)?;
-            numbers.push(T::try_from(last).map_err(|_| malformed)?);
-        }
-        Ok(numbers)
-    }
-
-    fn sample(&mut self) -> Result<Option<RecordingSample>, RecordingError> {
-        let at = self.at;
-        let length = self.get()?;
+    fn sample(&mut self) -> Result<Option<u64>, RecordingError> {
+        let cursor = &mut self.cursor;
+        let at = cursor.at;
+        let length = cursor.get()?;
         let Some(length) = length.checked_sub(1) else {
-            self.is_over = true;
-            let at = self.at;
-            let is_right = self.get()? == self.samples && self.at == self.bytes.len();
+            let at = cursor.at;
+            let is_right = cursor.get()? == self.samples && cursor.at == cursor.bytes.len();
             return if is_right { Ok(None) } else { Err(RecordingError::Malformed(at)) };
         };
-        let tick = self.tick.checked_add(self.get()?).ok_or(RecordingError::Malformed(at))?;
-        let end = usize::try_from(length).ok().and_then(|length| self.at.checked_add(length));
-        let end = end.filter(|end| *end <= self.bytes.len()).ok_or(RecordingError::Truncated)?;
+        let tick = self.tick.checked_add(cursor.get()?).ok_or(RecordingError::Malformed(at))?;
+        let end = usize::try_from(length).ok().and_then(|length| cursor.at.checked_add(length));
+        let end = end.filter(|end| *end <= cursor.bytes.len()).ok_or(RecordingError::Truncated)?;
         let mut next = 0usize;
-        while self.at < end {
-            let at = self.at;
-            let skipped = usize::try_from(self.get()?).unwrap_or(usize::MAX);
+        while cursor.at < end {
+            let at = cursor.at;
+            let skipped = usize::try_from(cursor.get()?).unwrap_or(usize::MAX);
             let number = next.saturating_add(skipped);
-            match self.robots.get(number).copied() {
-                Some(last) => {
-                    self.robots[number] = Some(self.change(last.unwrap_or(ORIGIN))?);
-                }
-                None => self.push(number - self.robots.len(), at)?,
+            // The discs are numbered after the robots.
+            if let Some(robot) = self.robots.get_mut(number) {
+                *robot = Some(cursor.change(robot.unwrap_or(ORIGIN))?);
+            } else {
+                let disc = self.movables.get_mut(number - self.robots.len());
+                let disc = disc.ok_or(RecordingError::Malformed(at))?;
+                *disc = cursor.push(*disc)?;
             }
             next = number + 1;
         }
-        if self.at != end {
+        if cursor.at != end {
             return Err(RecordingError::Malformed(end));
         }
         self.tick = tick;
         self.samples += 1;
-        let (robots, movables) = (self.robots.clone(), self.movables.clone());
-        Ok(Some(RecordingSample { tick, robots, movables }))
-    }
-
-    /// Reads the change of a movable disc, which only has another place. `start` is the first byte
-    /// of the change.
-    fn push(&mut self, number: usize, start: usize) -> Result<(), RecordingError> {
-        let at = *self.movables.get(number).ok_or(RecordingError::Malformed(start))?;
-        let malformed = RecordingError::Malformed(self.at);
-        if self.byte()? != PLACE {
-            return Err(malformed);
-        }
-        self.movables[number] = self.moved(at)?;
-        Ok(())
-    }
-
-    /// Reads a place as its difference from another one.
-    fn moved(&mut self, from: [i32; 2]) -> Result<[i32; 2], RecordingError> {
-        let [x, y] = from;
-        Ok([self.moved_along(x)?, self.moved_along(y)?])
-    }
-
-    fn moved_along(&mut self, from: i32) -> Result<i32, RecordingError> {
-        let malformed = RecordingError::Malformed(self.at);
-        let to = i64::from(from).checked_add(self.get_signed()?).ok_or(malformed)?;
-        i32::try_from(to).map_err(|_| malformed)
-    }
-
-    fn change(&mut self, mut robot: RecordedRobot) -> Result<RecordedRobot, RecordingError> {
-        let at = self.at;
-        let malformed = RecordingError::Malformed(at);
-        let fields = self.byte()?;
-        if fields & !(PLACE | HEIGHT | HEADING | SHOWN) != 0 {
-            return Err(malformed);
-        }
-        if fields & PLACE != 0 {
-            [robot.x, robot.y] = self.moved([robot.x, robot.y])?;
-        }
-        if fields & HEIGHT != 0 {
-            robot.z = self.moved_along(robot.z)?;
-        }
-        if fields & HEADING != 0 {
-            let turn = i16::try_from(self.get_signed()?).map_err(|_| malformed)?;
-            robot.heading = robot.heading.wrapping_add_signed(turn);
-        }
-        if fields & SHOWN != 0 {
-            let shown = self.byte()?;
-            robot.led = shown & 7;
-            robot.state = match shown >> 3 {
-                0 => RobotStatus::Running,
-                1 => RobotStatus::Stopped,
-                2 => RobotStatus::Failed,
-                3 => RobotStatus::Faulted,
-                _ => return Err(malformed),
-            };
-        }
-        Ok(robot)
-    }
-
-    fn byte(&mut self) -> Result<u8, RecordingError> {
-        let byte = self.bytes.get(self.at).ok_or(RecordingError::Truncated)?;
-        self.at += 1;
-        Ok(*byte)
-    }
-
-    fn get(&mut self) -> Result<u64, RecordingError> {
-        let at = self.at;
-        let mut value = 0u64;
-        for shift in (0..64).step_by(7) {
-            let byte = self.byte()?;
-            let bits = u64::from(byte & 0x7f);
-            if bits << shift >> shift != bits {
-                break;
-            }
-            value |= bits << shift;
-            if byte & 0x80 == 0 {
-                return Ok(value);
-            }
-        }
-        Err(RecordingError::Malformed(at))
-    }
-
-    fn get_as<T: TryFrom<u64>>(&mut self) -> Result<T, RecordingError> {
-        let at = self.at;
-        T::try_from(self.get()?).map_err(|_| RecordingError::Malformed(at))
-    }
-
-    fn get_signed(&mut self) -> Result<i64, RecordingError> {
-        let value = self.get()?;
-        Ok((value >> 1) as i64 ^ -((value & 1) as i64))
+        Ok(Some(tick))
     }
 }
 
@@ -299,12 +188,11 @@ impl Iterator for RecordingReader<'_> {
     type Item = Result<RecordingSample, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        if self.is_over {
-            return None;
-        }
-        let sample = self.sample();
-        // The data after an error cannot be interpreted.
-        self.is_over |= sample.is_err();
-        sample.transpose()
+        let tick = self.advance().transpose()?;
+        Some(tick.map(|tick| RecordingSample {
+            tick,
+            robots: self.robots.clone(),
+            movables: self.movables.clone(),
+        }))
     }
 }
