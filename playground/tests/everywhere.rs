@@ -115,6 +115,18 @@ fn scripts_include_the_library() {
     assert_eq!(run.summary().fault_counts.faults, 0);
 }
 
+/// A link may have scripts of 1 MiB each and of 4 MiB together, however many bytes they claim.
+#[test]
+fn a_long_link_is_refused_early() {
+    // The step that sets the variable has Node.js.
+    if std::env::var_os(MODULE).is_none() {
+        return;
+    }
+    let test = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/link.mjs");
+    let output = Command::new("node").arg(test).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
 #[test]
 fn a_run_has_one_digest() {
     let files = files();

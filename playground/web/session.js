@@ -5,13 +5,11 @@
 
 import { element, option, part } from "./element.js";
 import { exportPage, inlined } from "./export.js";
+import { LinkTooLong, pack, unpack } from "./link.js";
 import { texts } from "./texts.js";
 import { UnsavedTexts } from "./unsaved.js";
 
 const FIRST = "examples/swarm/gradient.toml";
-
-// Characters of the longest script that the compiler reads.
-const SCRIPT_CHARACTERS_MAX = 1 << 20;
 
 /**
  * @import { BeginEvent } from "./events"
@@ -87,9 +85,9 @@ export function connect({ onEvent, onSample, onEnd }) {
         select.value = [...select.options].some(({ value }) => value === path) ? path : FIRST;
         try {
             own = await unpack(scripts);
-        } catch {
+        } catch (error) {
             own = {};
-            onEvent({ event: "failed", text: texts.badAddress });
+            onEvent({ event: "failed", text: error instanceof LinkTooLong ? texts.longAddress(error.path) : texts.badAddress });
             return;
         }
         send({ open: select.value, files: own });
@@ -148,30 +146,4 @@ export function connect({ onEvent, onSample, onEnd }) {
 async function file(name) {
     const answer = inlined(name) ?? (await fetch(new URL(name, import.meta.url)));
     return answer.arrayBuffer();
-}
-
-/** @param {string} text */
-async function pack(text) {
-    const compressed = new Blob([text]).stream().pipeThrough(new CompressionStream("deflate-raw"));
-    const bytes = new Uint8Array(await new Response(compressed).arrayBuffer());
-    const letters = Array.from(bytes, (byte) => String.fromCharCode(byte)).join("");
-    return btoa(letters).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
-}
-
-/**
- * @param {string[]} scripts
- * @returns {Promise<Texts>}
- */
-async function unpack(scripts) {
-    const unpacked = await Promise.all(scripts.map(async (one) => {
-        const [path, packed] = one.split("=");
-        const letters = atob(packed.replaceAll("-", "+").replaceAll("_", "/"));
-        const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));
-        const text = await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"))).text();
-        if (text.length > SCRIPT_CHARACTERS_MAX) {
-            throw new RangeError(path);
-        }
-        return [decodeURIComponent(path), text];
-    }));
-    return Object.fromEntries(unpacked);
 }

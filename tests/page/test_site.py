@@ -1,5 +1,6 @@
 """The playground, from a web server that only has files. SITE names its folder, BBZ the program."""
 
+import base64
 import functools
 import hashlib
 import http.server
@@ -12,6 +13,7 @@ import shutil
 import subprocess
 import threading
 import tomllib
+import zlib
 
 import pytest
 from conftest import note_problems
@@ -192,6 +194,17 @@ def test_a_link_has_the_script(page, tmp_path):
     assert digest_in(page) == digest_of_script(tmp_path)
     page.goto(page.url[:-9])
     expect(page.locator("#status")).to_contain_text("the address has a script that cannot be read")
+
+
+def test_a_link_of_a_gigabyte_is_refused(page):
+    """A megabyte of an address that would become a gigabyte of text."""
+    packer = zlib.compressobj(9, zlib.DEFLATED, -15)
+    piece = b" " * (1 << 20)
+    packed = b"".join(packer.compress(piece) for _ in range(1024)) + packer.flush()
+    letters = base64.urlsafe_b64encode(packed).decode().rstrip("=")
+    example = page.url.split("#")[0] + "#examples/swarm/gradient.toml"
+    page.goto(f"{example}&examples/swarm/gradient.bzz={letters}")
+    expect(page.locator("#status")).to_contain_text("examples/swarm/gradient.bzz is longer than 1 MiB")
 
 
 def test_a_saved_session_replays_on_the_command_line(page, tmp_path):

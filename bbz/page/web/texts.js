@@ -129,6 +129,7 @@ export const texts = {
     offered: "The script of the address does not run here: mend it.",
     noStorage: (/** @type {string} */ reason) => `The browser does not keep texts that are not saved: ${reason}`,
     badAddress: "the address has a script that cannot be read",
+    longAddress: (/** @type {string} */ path) => `the address has more text than it may have: ${path} is longer than 1 MiB, or all scripts than 4 MiB`,
     exportPage: "Export", exportHelp: "This page with scenario and scripts as one file, which runs without a network", exportedAs: "bittybuzz.html",
     explain: "Explain", explainHelp: "Explains the message", goThere: "To this place", fix: "Fix", fixHelp: "Changes the text as the message says",
     line: (/** @type {number} */ line) => `line ${line}`,
