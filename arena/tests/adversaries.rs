@@ -1,11 +1,13 @@
 //! A swarm beside hostile and broken senders: it computes on, and agrees again when they fall silent.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use crate::script::{folder, read};
 use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::{FaultCounts, Interest};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Simulation, Summary};
+use bittybuzz_arena::scenario::Scenario;
 
 /// The same swarm that the shipped scenario has.
 const SCRIPT: &str = include_str!("../../tests/scenarios/adversaries.bzz");
@@ -311,4 +313,28 @@ fn a_command_can_add_an_adversary() {
             assert_eq!(again.digest(), *digest, "{name}");
         }
     }
+}
+
+/// 33 of them at one time are refused at the line of the last; one after the other they are not.
+#[test]
+fn the_number_of_adversaries_at_one_time_is_limited() {
+    let base = "[world]\nsize = [1000, 800]\nduration = 60\n[[robots]]\nrobot = \"kilobot\"\nscript = \"adversaries.bzz\"\n";
+    let parse = |text: &str| {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/scenarios");
+        Scenario::parse(text, "s.toml", &folder, &[], &bittybuzz_robot_models::all())
+    };
+    let one = |from: u32, until: u32| {
+        format!("[[adversary]]\nkind = \"jam\"\nat = [0, 0]\nfrom = {from}\nuntil = {until}\n")
+    };
+    let most = [base.to_owned(), one(3, 9).repeat(32)].concat();
+    assert!(parse(&most).is_ok());
+    let errors = parse(&[most.as_str(), &one(8, 60)].concat()).unwrap_err();
+    let [error] = &errors[..] else { panic!("{errors:?}") };
+    assert_eq!(error.place.as_ref().unwrap().line, 6 + 32 * 5 + 1);
+    assert_eq!(error.to_string(), "more than 32 adversaries would send at 8 s");
+    assert!(error.help().unwrap().contains("`until`"));
+    let event = "[[event]]\nat = 3\nadversary = { kind = \"jam\", at = [0, 0] }\n";
+    assert!(parse(&[most.as_str(), event].concat()).is_err());
+    let turns: String = (0..59).map(|from| one(from, from + 1)).collect();
+    assert!(parse(&[base, &turns].concat()).is_ok());
 }

@@ -250,7 +250,7 @@ fn scripts_with_the_functions_of_a_host_start() {
         assert!(run.summary().faults.is_empty(), "{robot}: {:?}", run.summary().faults);
         let shown = |line: &LogLine| {
             let mut text = Vec::new();
-            let symbols = setup.program(line.program).unwrap().symbols.as_ref();
+            let symbols = setup.program(line.program).unwrap().symbols.as_deref();
             for piece in &line.pieces {
                 piece.append_to(symbols, &mut text);
             }

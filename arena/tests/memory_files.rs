@@ -52,7 +52,7 @@ fn digest(files: &dyn Files, path: &Path) -> u64 {
     let files = &embedded.over(files);
     let compiled = scenario.groups.iter().map(|group| {
         let robots = bittybuzz_robot_files::all_shipped();
-        let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
+        let options = Options { robot: Some((*group.robot).clone()), robots, ..Options::default() };
         let script = group.script.as_ref().unwrap();
         let text = files.read(script, SOURCE_BYTES_MAX).unwrap();
         let text = String::from_utf8(text).unwrap();
@@ -60,7 +60,7 @@ fn digest(files: &dyn Files, path: &Path) -> u64 {
         let loader = IncludeLoader { folders, ..IncludeLoader::new(files) };
         let compiled = compile(script, text, &loader, &options);
         let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
-        Program { image, symbols: compiled.symbols, sources: Arc::new(compiled.sources) }
+        Program::new(image, compiled.symbols, Arc::new(compiled.sources))
     });
     let programs: Vec<Program> = compiled.collect();
     let setup = Arc::new(Setup::new(scenario, programs).unwrap());

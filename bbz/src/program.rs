@@ -169,7 +169,8 @@ impl LoadedProgram {
     pub fn empty(group: &Group) -> LoadedProgram {
         let run::Program { image, symbols, .. } = run::Program::empty(group);
         let (profile, messages) = (group.robot.profile, Vec::new());
-        LoadedProgram { image, profile, symbols, sources: None, messages }
+        let symbols = symbols.map(Arc::unwrap_or_clone);
+        LoadedProgram { image: image.to_vec(), profile, symbols, sources: None, messages }
     }
 
     /// Opens a program as [`LoadedProgram::open`] does, and hands the compiler's messages to `report`.
@@ -427,9 +428,11 @@ fn object(path: &Path, options: &Options) -> Result<Compiled, Box<dyn Problem>> 
     Ok(imported.compiled)
 }
 
-/// Reads the bytes of a file.
+/// Reads the bytes of an image or an object file.
 pub fn read(path: &Path) -> Result<Vec<u8>, FileError> {
-    file::read(path, file::COMPILED_BYTES_MAX).map_err(|error| FileError::reading(path, error))
+    let is_object = path.extension().is_some_and(|extension| extension == "bo");
+    let limit = if is_object { file::OBJECT_BYTES_MAX } else { file::COMPILED_BYTES_MAX };
+    file::read(path, limit).map_err(|error| FileError::reading(path, error))
 }
 
 /// Reads the `.bdb` file next to an object file. Warns if the file exists and cannot be read.

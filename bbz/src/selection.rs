@@ -83,7 +83,7 @@ impl RobotChoice {
         let others: Vec<Robot> = others.filter(|robot| !known.contains(robot)).cloned().collect();
         known.extend(others);
         let outside = (*group.outside).clone();
-        let (robot, embedded) = (Some(group.robot.clone()), Arc::clone(&group.embedded));
+        let (robot, embedded) = (Some((*group.robot).clone()), Arc::clone(&group.embedded));
         RobotChoice { robot, known, profile: None, outside, embedded }
     }
 

@@ -66,7 +66,7 @@ pub fn verdict(verdict: Verdict) -> VerdictName {
 
 /// Returns the text of a line. Bytes that are not valid UTF-8 are replaced.
 fn text(setup: &Setup, line: &LogLine) -> String {
-    let symbols = setup.program(line.program).and_then(|program| program.symbols.as_ref());
+    let symbols = setup.program(line.program).and_then(|program| program.symbols.as_deref());
     let mut bytes = Vec::new();
     line.pieces.iter().for_each(|piece| piece.append_to(symbols, &mut bytes));
     String::from_utf8_lossy(&bytes).into_owned()

@@ -41,7 +41,7 @@ pub fn describe(
 fn report<'a>(program: Option<&'a Program>, of: &Robot, fault: &FaultRecord) -> FaultReport<'a> {
     let program = match program {
         Some(Program { image, symbols, sources }) => {
-            let (symbols, sources) = (symbols.as_ref(), &**sources);
+            let (symbols, sources) = (symbols.as_deref(), &**sources);
             KnownProgram { image, profile: of.profile, symbols, sources }
         }
         None => KnownProgram::UNKNOWN,

@@ -156,7 +156,7 @@ impl Prepared {
             None
         };
         let images =
-            self.setup.programs().map(|program| without_script_hash(program.image.clone()));
+            self.setup.programs().map(|program| without_script_hash(program.image.to_vec()));
         Graded { here, differs, images: images.collect() }
     }
 }

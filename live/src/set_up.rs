@@ -5,6 +5,8 @@ use bittybuzz_arena::scenario::{Backend, Group, ScenarioError};
 use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::render::Renderer;
+use bittybuzz_robot_spec::Robot;
+use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -26,15 +28,28 @@ pub fn set_up(
         return Err(vec![CompilerMessage::error(text)]);
     }
     let (mut programs, mut errors) = (Vec::new(), Vec::new());
+    // Groups with one script and one robot, of which there may be thousands, share a program.
+    let mut compiled: HashMap<(&Path, *const Robot), Option<Program>> = HashMap::new();
     // The robots run in virtual machines, so that each has a script.
     for (group, script) in scenario.scripts() {
-        let own = scripts.iter().find(|(path, _)| path == script);
-        match program(workshop, script, own.map(|(_, text)| &**text), group) {
-            Ok(program) => programs.push(program),
-            Err(found) => errors
-                .extend(found.into_iter().filter(|one| !errors.contains(one)).collect::<Vec<_>>()),
-        }
+        let known = compiled.entry((script, Arc::as_ptr(&group.robot)));
+        let made = known.or_insert_with(|| {
+            let own = scripts.iter().find(|(path, _)| path == script);
+            match program(workshop, script, own.map(|(_, text)| &**text), group) {
+                Ok(program) => Some(program),
+                Err(found) => {
+                    for one in found {
+                        if !errors.contains(&one) {
+                            errors.push(one);
+                        }
+                    }
+                    None
+                }
+            }
+        });
+        programs.extend(made.clone());
     }
+    drop(compiled);
     if !errors.is_empty() {
         return Err(errors);
     }
@@ -60,7 +75,7 @@ fn program(
     let compiled = workshop.compile(script, text, group);
     if let Some(image) = compiled.image {
         let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-        return Ok(Program { image, symbols, sources });
+        return Ok(Program::new(image, symbols, sources));
     }
     let renderer = Renderer::new(&compiled.sources);
     let errors = compiled.diagnostics.iter().filter(|one| one.severity() == Severity::Error);

@@ -46,7 +46,7 @@ impl SharedFiles {
 
     /// Compiles a text for the robots of a group.
     fn compile(&self, script: &Path, text: String, group: &Group) -> Compiled {
-        let robot = Some(group.robot.clone());
+        let robot = Some((*group.robot).clone());
         let mut robots = all_shipped();
         let others = group.robots_of_scenario.iter();
         let others: Vec<_> = others.filter(|other| !robots.contains(other)).cloned().collect();
@@ -73,7 +73,7 @@ impl SharedFiles {
             return Err(texts.map(|one| renderer.text(one, ColorChoice::Never)).collect());
         };
         let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-        Ok(Program { image, symbols, sources })
+        Ok(Program::new(image, symbols, sources))
     }
 }
 

@@ -135,7 +135,7 @@ impl Drafts {
         let mut robots: Vec<&Robot> = Vec::new();
         let (mut messages, mut has_error) = (Vec::new(), false);
         for group in groups {
-            if robots.contains(&&group.robot) {
+            if robots.contains(&&*group.robot) {
                 continue;
             }
             robots.push(&group.robot);

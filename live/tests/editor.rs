@@ -30,7 +30,7 @@ type Shared = Arc<Mutex<MemoryFiles>>;
 
 fn options(group: &Group) -> Options {
     let robots = bittybuzz_robot_files::all_shipped();
-    Options { robot: Some(group.robot.clone()), robots, ..Options::default() }
+    Options { robot: Some((*group.robot).clone()), robots, ..Options::default() }
 }
 
 fn read(files: &MemoryFiles, script: &Path) -> Result<String, String> {
@@ -43,7 +43,7 @@ fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program,
     let files = group.embedded.over(files);
     let compiled = compile(script, text, &IncludeLoader::new(&files), &options(group));
     let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-    let program = compiled.image.map(|image| Program { image, symbols, sources });
+    let program = compiled.image.map(|image| Program::new(image, symbols, sources));
     program.ok_or_else(|| compiled.diagnostics[0].message.clone())
 }
 

@@ -38,12 +38,12 @@ fn files() -> MemoryFiles {
 
 fn program(files: &MemoryFiles, script: &Path, group: &Group) -> Result<Program, String> {
     let robots = bittybuzz_robot_files::all_shipped();
-    let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
+    let options = Options { robot: Some((*group.robot).clone()), robots, ..Options::default() };
     let text = files.read(script, 10_000).map_err(|error| error.to_string())?;
     let text = String::from_utf8(text).unwrap();
     let compiled = compile(script, text, &IncludeLoader::new(files), &options);
     let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-    let program = compiled.image.map(|image| Program { image, symbols, sources });
+    let program = compiled.image.map(|image| Program::new(image, symbols, sources));
     program.ok_or_else(|| compiled.diagnostics[0].message.clone())
 }
 

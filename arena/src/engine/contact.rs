@@ -11,6 +11,7 @@
 //! movement in the last substep.
 
 use core::hash::Hash;
+use std::collections::HashSet;
 
 use super::body::BodySize;
 use super::digest::Digest;
@@ -74,6 +75,8 @@ pub(crate) struct Crowd {
     crash_speeds_mm_s: Vec<Option<f32>>,
     /// The herd of each robot.
     herds: Vec<u16>,
+    /// The shapes of these robots: the bits of radius and height.
+    known_shapes: HashSet<[u32; 2]>,
     /// The largest radius of a robot in mm.
     widest_mm: f32,
     /// True if a robot can crash.
@@ -105,6 +108,7 @@ impl Crowd {
             shapes: Vec::new(),
             crash_speeds_mm_s: Vec::new(),
             herds: Vec::new(),
+            known_shapes: HashSet::new(),
             widest_mm: 1.0,
             has_fliers: false,
             places: Vec::new(),
@@ -126,8 +130,6 @@ impl Crowd {
     /// Makes cells for the largest robot in the world. Their number grows with the number of
     /// robots, because every tick clears all of them.
     fn resize(&mut self, area: Area) {
-        let radii = self.herds.iter().map(|herd| self.shapes[usize::from(*herd)].radius_mm);
-        self.widest_mm = radii.fold(1.0, f32::max);
         self.cells = Cells::new(
             area,
             2.0 * self.widest_mm + CELL_MARGIN_MM,
@@ -148,7 +150,9 @@ impl Crowd {
     /// Adds a robot of a herd.
     pub(crate) fn add(&mut self, herd: u16, area: Area) {
         let shape = self.shapes[usize::from(herd)];
-        let is_new = !self.herds.iter().any(|known| self.shapes[usize::from(*known)] == shape);
+        let bits = [shape.radius_mm, shape.height_mm].map(f32::to_bits);
+        let is_new = self.known_shapes.insert(bits);
+        self.widest_mm = self.widest_mm.max(shape.radius_mm);
         let has_doubled = self.herds.len().is_power_of_two();
         self.herds.push(herd);
         self.has_fliers |= self.crash_speeds_mm_s[usize::from(herd)].is_some();

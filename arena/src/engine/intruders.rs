@@ -30,6 +30,9 @@ impl<B: Brain> World<B> {
         let id = RobotId(u16::MAX - self.stations.len() as u16);
         let (medium, media) = (*medium, *media);
         let air = &mut self.air[medium as usize];
+        if !air.has_room() {
+            return Err(AddError::TooMany);
+        }
         // The loss may have changed since the herd was added.
         let (of_herd, bodies_mm) = (*air.link(*link), air.bodies_mm(*link));
         let link = LinkSettings { range: range_mm.or(of_herd.range), ..of_herd };

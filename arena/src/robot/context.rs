@@ -36,7 +36,7 @@ pub struct GroupContext {
     /// The image of the script.
     pub image: KeptImage,
     /// The names of the script, if they are known.
-    pub symbols: Option<Symbols>,
+    pub symbols: Option<Arc<Symbols>>,
     /// Slots of the machine for the script.
     pub slots: usize,
     /// Network memory of the machine.
@@ -56,8 +56,9 @@ pub struct GroupContext {
     pub periods: Periods,
     /// The consequence of a fault.
     pub on_fault: OnFault,
-    /// Functions by the hash of their names.
-    functions: Vec<(u16, RobotFunction, Effect)>,
+    robot: Arc<Robot>,
+    /// The hash of each function's name, ascending, its index in the robot file, and its effect.
+    functions: Vec<(u16, usize, Effect)>,
 }
 
 impl GroupContext {
@@ -65,18 +66,18 @@ impl GroupContext {
     /// each function, and `ids` are those that scripts see, by the order in which robots come into
     /// the world.
     pub fn new(
-        robot: &Robot,
+        robot: &Arc<Robot>,
         (program, image): (ProgramId, &[u8]),
-        symbols: Option<Symbols>,
+        symbols: Option<Arc<Symbols>>,
         budget: u16,
         ids: Arc<[u16]>,
         effect: impl Fn(&RobotFunction) -> Option<Effect>,
     ) -> Self {
-        let known = robot.functions.iter();
+        let known = robot.functions.iter().enumerate();
         let mut functions: Vec<_> = known
-            .map(|known| {
+            .map(|(index, known)| {
                 let idle = || -> Effect { Box::new(|_| Done::Idle) };
-                (known.hash(), known.clone(), effect(known).unwrap_or_else(idle))
+                (known.hash(), index, effect(known).unwrap_or_else(idle))
             })
             .collect();
         functions.sort_by_key(|(hash, ..)| *hash);
@@ -100,6 +101,7 @@ impl GroupContext {
                 advertise: steps(vm.advertise_steps),
             },
             on_fault: robot.on_fault,
+            robot: Arc::clone(robot),
             functions,
         }
     }
@@ -116,8 +118,8 @@ impl GroupContext {
     /// Returns the function of that name hash, and its effect.
     pub fn function(&self, hash: u16) -> Option<(&RobotFunction, &Effect)> {
         let found = self.functions.binary_search_by_key(&hash, |(hash, ..)| *hash).ok()?;
-        let (_, function, effect) = &self.functions[found];
-        Some((function, effect))
+        let (_, index, effect) = &self.functions[found];
+        Some((&self.robot.functions[*index], effect))
     }
 }
 

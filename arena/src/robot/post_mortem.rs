@@ -35,7 +35,7 @@ pub fn content<P: Profile, C: ByteCode, const SLOTS: usize>(
     context: &GroupContext,
     vm: &Vm<P, C, SLOTS>,
 ) -> Arc<Inspection> {
-    let mut content = inspect(vm, context.symbols.as_ref(), LIMITS);
+    let mut content = inspect(vm, context.symbols.as_deref(), LIMITS);
     context.neighbors_to_mm(&mut content);
     Arc::new(content)
 }

@@ -3,10 +3,12 @@
 use std::hash::Hash;
 
 use crate::engine::{Digest, LightId, Pose, RobotId, RobotState, UnknownRobot, World};
-use crate::scenario::{LampSection, MoveTarget, Scenario, Selection, WorldChange};
+use crate::scenario::{
+    Adversary, LampSection, MoveTarget, Scenario, Selection, WorldChange, first_too_many,
+};
 
 use super::settings::{engine_light, engine_loss};
-use super::tick_at;
+use super::{TICKS_PER_SECOND, tick_at};
 use crate::robot::{ProgramId, SimRobot};
 
 /// The position in the list of events, the commands, and the lasting effects of both.
@@ -111,6 +113,24 @@ impl EventQueue {
         let later = self.commands.partition_point(|(other, ..)| *other <= tick);
         self.commands.truncate(later);
         self.commands.push((tick, text.trim().to_owned(), action));
+    }
+
+    /// Returns true if an adversary may begin at a tick, as a command: fewer others than the limit
+    /// send while it does.
+    pub fn has_room_for(&self, scenario: &Scenario, tick: u64, adversary: &Adversary) -> bool {
+        let times = |at, action: &WorldChange| match action {
+            WorldChange::Adversary(known) => Some((at, known.until)),
+            _ => None,
+        };
+        let seconds = |tick: u64| tick as f64 / TICKS_PER_SECOND;
+        let events = scenario.events.iter().filter_map(|event| times(event.at, &event.action));
+        // A command removes those of later ticks.
+        let commands = self.commands.iter().take_while(|(other, ..)| *other <= tick);
+        let commands = commands.filter_map(|(tick, _, action)| times(seconds(*tick), action));
+        let mut all: Vec<(f64, f64)> = events.chain(commands).collect();
+        all.push((seconds(tick), adversary.until));
+        all.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        first_too_many(all.into_iter()).is_none()
     }
 
     /// Copies the commands of a later state of the same run, so that those that are still pending

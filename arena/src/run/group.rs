@@ -10,14 +10,10 @@ pub fn id(scenario: &Scenario, number: usize) -> u16 {
 
 /// Returns the group of a robot of the scenario, and the robot's number within the group.
 pub fn group_of(scenario: &Scenario, number: usize) -> (GroupId, usize) {
-    let mut within = number;
-    for (index, group) in scenario.groups.iter().enumerate() {
-        if within < group.count as usize {
-            return (GroupId(index), within);
-        }
-        within -= group.count as usize;
-    }
-    panic!("the scenario has no robot of number {number}")
+    assert!(number < scenario.robot_count(), "the scenario has no robot of number {number}");
+    let after = scenario.groups.partition_point(|group| group.first_robot as usize <= number);
+    let index = after - 1;
+    (GroupId(index), number - scenario.groups[index].first_robot as usize)
 }
 
 /// Returns the robots' numbers in the order in which they enter the world: those present at the

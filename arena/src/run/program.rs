@@ -15,13 +15,13 @@ use crate::scenario::{Group, GroupId};
 /// mistakes, for users.
 pub type Compiler = Arc<dyn Fn(&Path, &Group) -> Result<Program, String> + Send + Sync>;
 
-/// An image, and the symbols of its source.
+/// An image, and the symbols of its source. Clones share them, as many groups may run one script.
 #[derive(Debug, Clone)]
 pub struct Program {
     /// The image.
-    pub image: Vec<u8>,
+    pub image: Arc<[u8]>,
     /// Names and texts of the script. Without them globals have no names.
-    pub symbols: Option<Symbols>,
+    pub symbols: Option<Arc<Symbols>>,
     /// The texts that it was compiled from; empty if they are not known.
     pub sources: Arc<SourceMap>,
 }
@@ -39,6 +39,11 @@ pub struct LoadedProgram {
 }
 
 impl Program {
+    /// Returns a program.
+    pub fn new(image: Vec<u8>, symbols: Option<Symbols>, sources: Arc<SourceMap>) -> Self {
+        Program { image: image.into(), symbols: symbols.map(Arc::new), sources }
+    }
+
     /// Returns the program of robots that run a foreign image: it does nothing.
     pub fn empty(group: &Group) -> Self {
         let profile = Some(group.robot.profile);
@@ -47,7 +52,7 @@ impl Program {
         let compiled = compile(Path::new(""), String::new(), &IncludeLoader::new(&files), &options);
         let image = compiled.image.expect("a script without text has no mistakes");
         let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-        Program { image, symbols, sources }
+        Program::new(image, symbols, sources)
     }
 
     /// Returns the number of a global.

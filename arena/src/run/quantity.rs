@@ -49,7 +49,9 @@ impl QuantityProbe {
                 let numbers: Vec<_> =
                     programs.iter().map(|loaded| path(&loaded.program, name, keys)).collect();
                 let of_robots = groups_of(groups, robots);
-                let is_meant = |loaded: &LoadedProgram| of_robots.contains(&loaded.group);
+                // The groups are in ascending order.
+                let is_meant =
+                    |loaded: &LoadedProgram| of_robots.binary_search(&loaded.group).is_ok();
                 let mut with_numbers = programs.iter().zip(&numbers);
                 if with_numbers.any(|(loaded, number)| is_meant(loaded) && number.is_some()) {
                     return Ok(QuantityProbe::Global(numbers));

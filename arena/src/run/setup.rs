@@ -1,5 +1,6 @@
 //! A scenario and its programs, checked against each other. All runs of a scenario share this data.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -59,6 +60,8 @@ pub struct Setup {
     checks: Option<Vec<Option<Arc<Costs>>>>,
     /// Compiles the scripts that commands load.
     compiler: Option<Compiler>,
+    /// The programs that events and commands load, by script and group.
+    loaded_scripts: HashMap<PathBuf, HashMap<GroupId, ProgramId>>,
 }
 
 impl Setup {
@@ -128,6 +131,11 @@ impl Setup {
             let robot = SimRobot::new(model, &loaded.context, News::default(), 0, 0);
             robot.map_err(|cause| SetupError::Refused { program: ProgramId(number), cause })?;
         }
+        let mut loaded_scripts: HashMap<PathBuf, HashMap<GroupId, ProgramId>> = HashMap::new();
+        for (load, number) in scenario.loads.iter().zip(scenario.groups.len()..) {
+            let of_script = loaded_scripts.entry(load.script.clone()).or_default();
+            of_script.insert(load.group, ProgramId(number));
+        }
         Ok(Setup {
             scenario,
             programs,
@@ -137,6 +145,7 @@ impl Setup {
             plots,
             checks: None,
             compiler: None,
+            loaded_scripts,
         })
     }
 
@@ -189,10 +198,10 @@ impl Setup {
 
     /// Returns the program that robots of a group run for a script, if it is loaded.
     pub(super) fn program_of(&self, group: GroupId, script: &Path) -> Option<ProgramId> {
-        let is_it = |loaded: &LoadedProgram| {
-            loaded.group == group && loaded.script.as_deref() == Some(script)
-        };
-        self.programs.iter().position(is_it).map(ProgramId)
+        // The program of a group from the start has the group's number.
+        let is_own = self.programs[group.0].script.as_deref() == Some(script);
+        let own = is_own.then_some(ProgramId(group.0));
+        own.or_else(|| self.loaded_scripts.get(script)?.get(&group).copied())
     }
 
     /// Returns true if scripts are checked.
@@ -249,6 +258,8 @@ impl Setup {
         for (plot, (quantity, _)) in self.plots.iter_mut().zip(&self.scenario.output.plot) {
             plot.learn(quantity, &program);
         }
+        let number = ProgramId(self.programs.len());
+        self.loaded_scripts.entry(script.clone()).or_default().insert(group, number);
         self.programs.push(LoadedProgram { program, group, script: Some(script), context });
         Ok(())
     }
@@ -367,7 +378,8 @@ fn context(
 
 /// Returns the robots' ids in the order in which they enter the world.
 fn joining_ids(scenario: &Scenario) -> Arc<[u16]> {
-    joining_order(scenario).into_iter().map(|number| id(scenario, number)).collect()
+    let id = |number| id(scenario, number);
+    joining_order(scenario).into_iter().map(id).collect()
 }
 
 /// Returns the models of the scenario's robots that run their firmware.

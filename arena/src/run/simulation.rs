@@ -253,6 +253,13 @@ impl Simulation {
             WorldChange::Set { robots, global, .. } => {
                 self.setup.check_global(robots, global).map_err(refused)?;
             }
+            WorldChange::Adversary(adversary) => {
+                let at = tick.max(self.now());
+                if !self.event_queue.has_room_for(&self.setup.scenario, at, adversary) {
+                    let at = (at as f64 / TICKS_PER_SECOND).to_string();
+                    return Err(refused(ScenarioCause::TooManyAdversaries { at }));
+                }
+            }
             WorldChange::Call { robots, function, .. } => {
                 self.setup.check_function(robots, function).map_err(refused)?;
             }
@@ -431,7 +438,7 @@ impl Simulation {
     /// changing it. Returns `None` for a robot that has not joined yet, and for one that runs its
     /// firmware.
     pub fn inspect(&self, number: usize, limits: Limits) -> Option<Inspection> {
-        self.robot(number)?.inspect(self.program(number).symbols.as_ref(), limits)
+        self.robot(number)?.inspect(self.program(number).symbols.as_deref(), limits)
     }
 
     /// Returns the battery of a robot. Returns `None` if its model has no battery and no event has

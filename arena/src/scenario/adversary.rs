@@ -1,5 +1,6 @@
 //! `[[adversary]]`: senders that disturb a swarm, or send frames that no robot of it would send.
 
+use bittybuzz_toml_reader::Place;
 use toml::de::DeValue;
 
 use super::backend::Backend;
@@ -52,6 +53,36 @@ pub enum AdversaryKind {
     SameId(u16),
 }
 
+/// The most adversaries that send at one time. Jammers send without a pause and receive each other,
+/// so their cost grows with the third power of their number: 32 next to each other take a hundredth
+/// of real time and 128 half of it (2026-11-29). They would gain nothing: one jammer leaves no gap on
+/// its channel for a second one.
+pub const ADVERSARIES_MAX: usize = 32;
+
+/// Returns the index of the first adversary that begins while [`ADVERSARIES_MAX`] others send.
+/// `times` are the beginnings, ascending, and the ends.
+pub fn first_too_many(times: impl Iterator<Item = (f64, f64)>) -> Option<usize> {
+    let mut ends: Vec<f64> = Vec::new();
+    for (index, (from, until)) in times.enumerate() {
+        ends.retain(|end| *end > from);
+        if ends.len() == ADVERSARIES_MAX {
+            return Some(index);
+        }
+        ends.push(until);
+    }
+    None
+}
+
+/// Reports the first of too many adversaries. `begun` are the beginnings and the ends of all, with
+/// their places.
+pub fn check_count(root: &Section<'_>, mut begun: Vec<(f64, f64, Place)>) {
+    begun.sort_by(|(one, ..), (other, ..)| one.total_cmp(other));
+    if let Some(index) = first_too_many(begun.iter().map(|(from, until, _)| (*from, *until))) {
+        let (from, _, place) = &begun[index];
+        root.reader.fail_at(place, ScenarioCause::TooManyAdversaries { at: from.to_string() });
+    }
+}
+
 /// Frames per second, unless the file sets a rate. The frames of a jammer follow each other without
 /// a pause.
 const DEFAULT_RATE: f64 = 10.0;
@@ -79,7 +110,7 @@ pub fn read_all(
     robot_index: &RobotIndex,
     world: &WorldSection,
     groups: &[Group],
-) -> Vec<(f64, Adversary)> {
+) -> Vec<(f64, Adversary, Place)> {
     let sections = root.sections("adversary", ADVERSARY);
     let adversary = |section: &Section<'_>| {
         let at = match section.get("from") {
@@ -87,7 +118,7 @@ pub fn read_all(
             Some(entry) => within_the_run(&entry, "from", world),
         };
         let adversary = read(section, robot_index, world, groups);
-        Some((at?, adversary?))
+        Some((at?, adversary?, section.place()))
     };
     sections.iter().filter_map(adversary).collect()
 }

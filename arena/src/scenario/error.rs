@@ -7,6 +7,8 @@ use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
 use crate::robot::step_rates;
 
+use super::adversary::ADVERSARIES_MAX;
+
 /// A mistake in a scenario: a sentence (`Display`), and optionally a place and a remedy
 /// ([`FileError::help`]).
 pub type ScenarioError = FileError<ScenarioCause>;
@@ -122,6 +124,8 @@ pub enum ScenarioCause {
     NotBridged,
     /// More robots than an emulator can run.
     TooManyEmulated { count: u32, most: u32 },
+    /// More adversaries send at one time than are allowed. `at` is the time in seconds.
+    TooManyAdversaries { at: String },
     /// A key that emulated robots do not support.
     NotEmulated { key: &'static str },
     /// An event about poses from outside, for robots that get none.
@@ -309,6 +313,9 @@ impl fmt::Display for ScenarioCause {
             }
             ScenarioCause::TooManyEmulated { count, most } => {
                 write!(f, "{count} robots are too many for an emulator, which plays {most}")
+            }
+            ScenarioCause::TooManyAdversaries { at } => {
+                write!(f, "more than {ADVERSARIES_MAX} adversaries would send at {at} s")
             }
             ScenarioCause::NotEmulated { key } => {
                 write!(f, "`{key}` cannot be had of robots that run firmware")
@@ -503,6 +510,9 @@ impl toml_reader::Cause for ScenarioCause {
                 Some("all of a kind that are emulated in a world need the same `firmware`, or the same `image`".to_owned())
             }
             ScenarioCause::NotBridged => Some("say backend = \"firmware\"".to_owned()),
+            ScenarioCause::TooManyAdversaries { .. } => Some(
+                "leave this one out, or let an earlier one end before with `until`".to_owned(),
+            ),
             ScenarioCause::NotEmulated { .. } => {
                 Some("backend = \"vm\" has it; emulated robots can be moved, fail, be restarted and cut off, and lose packets".to_owned())
             }

@@ -1,5 +1,6 @@
 //! Groups of robots: their models, start places and scripts.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -23,8 +24,8 @@ pub struct GroupId(pub(crate) usize);
 pub struct Group {
     /// The unique name by which events and expectations refer to the group.
     pub name: String,
-    /// The content of the robot file.
-    pub robot: Robot,
+    /// The content of the robot file. Groups with one file share it.
+    pub robot: Arc<Robot>,
     /// The robot files of all groups, each once. A script for several of them may ask for functions
     /// that one of them lacks.
     pub robots_of_scenario: Arc<[Robot]>,
@@ -41,6 +42,8 @@ pub struct Group {
     pub script: Option<PathBuf>,
     /// The program that runs the script.
     pub backend: Backend,
+    /// The number of the first robot in the scenario: the robots of the groups before.
+    pub(crate) first_robot: u32,
     /// The number of robots.
     pub count: u32,
     /// The id of the first robot; the others follow.
@@ -141,9 +144,20 @@ impl Group {
 
     /// Returns the robots at their start places; none for random placement.
     pub(crate) fn standing(&self) -> impl Iterator<Item = Standing> {
+        self.standing_in(0..self.count)
+    }
+
+    /// Returns the robots with these numbers in the group, at their start places; none for random
+    /// placement.
+    pub(crate) fn standing_in(&self, numbers: Range<u32>) -> impl Iterator<Item = Standing> {
         let radius_mm = self.radius_mm();
-        let points = self.placement.points(self.count);
-        points.zip(u32::from(self.first_id)..).map(move |(at, id)| Standing { at, radius_mm, id })
+        let is_random = matches!(self.placement, Placement::Random { .. });
+        let numbers = if is_random { 0..0 } else { numbers };
+        numbers.map(move |number| Standing {
+            at: self.placement.point(number, self.count),
+            radius_mm,
+            id: u32::from(self.first_id) + number,
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Scripts that events load into robots, and the programs of a run.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_compiler::check::outside::OutsideUses;
@@ -45,30 +46,31 @@ pub fn outside_uses(events: &[ScheduledEvent]) -> OutsideUses {
     uses
 }
 
-/// Returns the groups that contain some of these robots.
+/// Returns the groups that contain some of these robots, in ascending order.
 pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<GroupId> {
-    let mut first = 0;
-    let ranges = groups.iter().map(|group| {
-        let range = first..first + group.count as usize;
-        first = range.end;
-        range
-    });
-    let has_some = |range: &std::ops::Range<usize>| robots.overlaps(range);
-    let of_robots = ranges.enumerate().filter(|(_, range)| has_some(range));
-    of_robots.map(|(number, _)| GroupId(number)).collect()
+    let mut found: Vec<GroupId> = Vec::new();
+    for range in robots.ranges() {
+        let first = groups.partition_point(|group| group.first_robot + group.count <= range.start);
+        let end = groups.partition_point(|group| group.first_robot < range.end);
+        // A group may contain the end of one range and the beginning of the next.
+        let first = found.last().map_or(first, |last| first.max(last.0 + 1));
+        found.extend((first..end).map(GroupId));
+    }
+    found
 }
 
 /// Returns the scripts that events load and that groups do not run from the start, each once, in
 /// the order of the events.
 pub fn loads(events: &[ScheduledEvent], groups: &[Group]) -> Vec<Load> {
     let mut loads: Vec<Load> = Vec::new();
+    let mut known = HashSet::new();
     for event in events {
         // Only these events name a script.
         let WorldChange::Load { robots, script, .. } = &event.action else { continue };
         for group in groups_of(groups, robots) {
-            let load = Load { group, script: script.clone() };
-            if groups[group.0].script.as_ref() != Some(script) && !loads.contains(&load) {
-                loads.push(load);
+            let is_new = groups[group.0].script.as_ref() != Some(script);
+            if is_new && known.insert((group, script)) {
+                loads.push(Load { group, script: script.clone() });
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The check for groups of emulated robots that cannot be in one world.
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use bittybuzz_toml_reader::Place;
@@ -19,26 +20,22 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
         };
         root.reader.fail_at(place, cause);
     };
-    for (number, group) in groups.iter().enumerate() {
-        let first = groups.iter().find(|first| first.model.name() == group.model.name());
-        if let Some(first) = first
-            && first.backend.firmware().is_some() != group.backend.firmware().is_some()
-        {
+    // The first group of each model, and the robots of the model so far.
+    let mut models: HashMap<&str, (&Group, u32)> = HashMap::new();
+    for group in groups {
+        let (first, count) = models.entry(group.model.name()).or_insert((group, 0));
+        *count = count.saturating_add(group.count);
+        let (first, count) = (*first, *count);
+        if first.backend.firmware().is_some() != group.backend.firmware().is_some() {
             fail(group, ScenarioCause::UnlikeBackends { line: first.place.line });
         }
         // The limits of emulators do not hold for virtual machines.
         if group.backend == Backend::Vm {
             continue;
         }
-        if let Some(first) = first
-            && first.backend != Backend::Vm
-            && !first.backend.is_like(&group.backend)
-        {
+        if first.backend != Backend::Vm && !first.backend.is_like(&group.backend) {
             fail(group, ScenarioCause::UnlikeFirmware { line: first.place.line });
         }
-        let alike =
-            groups.iter().take(number + 1).filter(|other| other.model.name() == group.model.name());
-        let count = alike.map(|other| other.count).sum();
         let emulation = group.model.emulation();
         let most = emulation.expect("the reader rejects firmware without an emulator").robots_max();
         if count > most {

@@ -39,7 +39,8 @@ use crate::engine::Medium;
 use crate::robot::{DESCRIBED_LINK, Models, RobotModel};
 use folder::Folder;
 
-pub use adversary::{Adversary, AdversaryKind};
+pub(crate) use adversary::first_too_many;
+pub use adversary::{ADVERSARIES_MAX, Adversary, AdversaryKind};
 pub use assignment::Assignment;
 pub use backend::{Backend, DoorSection, ImageSection};
 pub use bridge::BridgeSection;
@@ -175,7 +176,7 @@ impl Scenario {
 
     /// Returns the number of robots, absent ones included.
     pub fn robot_count(&self) -> usize {
-        self.groups.iter().map(|group| group.count as usize).sum()
+        self.groups.last().map_or(0, |last| (last.first_robot + last.count) as usize)
     }
 }
 
@@ -229,6 +230,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let is_complete = groups.iter().all(Option::is_some);
     let mut groups: Vec<Group> = groups.into_iter().flatten().collect();
     robots::introduce(&mut groups);
+    robots::number(&mut groups);
     let mut used = Vec::new();
     // A group with a mistake may have any medium, so the media in use are unknown.
     for group in groups.iter().filter(|_| is_complete) {
@@ -247,12 +249,16 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let sections = root.sections("event", keys::EVENT);
     let script = |entry: &Entry<'_>| robots::script(entry, folder);
     let mut events: Vec<ScheduledEvent> = Vec::new();
+    let mut begun = Vec::new();
     for section in &sections {
         let event = event::read(section, &robot_index, known, &groups, &used, &script);
         // The reader has reported the mistake of the event.
         let Some(event) = event else { continue };
         if is_complete && world.is_some() {
             space::check_move(section, known, &groups, &event.action);
+        }
+        if let WorldChange::Adversary(adversary) = &event.action {
+            begun.push((event.at, adversary.until, section.place()));
         }
         events.push(event);
     }
@@ -263,10 +269,12 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         group.embedded = Arc::clone(&embedded);
     }
     let adversaries = adversary::read_all(root, &robot_index, known, &groups).into_iter();
-    events.extend(adversaries.map(|(at, adversary)| {
+    events.extend(adversaries.map(|(at, adversary, place)| {
+        begun.push((at, adversary.until, place));
         let action = WorldChange::Adversary(Box::new(adversary));
         ScheduledEvent { at, action }
     }));
+    adversary::check_count(root, begun);
     events.sort_by(|one, other| one.at.total_cmp(&other.at));
     if is_complete && world.is_some() {
         space::check_starts(root, known, &groups, &events);

@@ -1,5 +1,6 @@
 //! `[[robots]]`: the groups of robots, with their models, start poses and scripts.
 
+use std::collections::{HashMap, HashSet};
 use std::ffi::OsStr;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -7,7 +8,7 @@ use std::sync::Arc;
 
 use bittybuzz_compiler::include::Files;
 use bittybuzz_robot_files::find;
-use bittybuzz_robot_spec::{NumberProfile, OnFault, Robot, RobotErrors};
+use bittybuzz_robot_spec::{NumberProfile, OnFault, Robot, RobotError, RobotErrors};
 use bittybuzz_toml_reader::TomlError;
 use toml::de::DeValue;
 
@@ -26,15 +27,20 @@ use super::world::{WorldSection, point_inside};
 
 /// Stores the robot files of all groups in every group.
 pub(super) fn introduce(groups: &mut [Group]) {
-    let mut robots: Vec<Robot> = Vec::new();
-    for group in &*groups {
-        if robots.iter().all(|robot| robot.name != group.robot.name) {
-            robots.push(group.robot.clone());
-        }
-    }
-    let robots: Arc<[Robot]> = robots.into();
+    let mut known = HashSet::new();
+    let first = groups.iter().filter(|group| known.insert(group.robot.name.as_str()));
+    let robots: Arc<[Robot]> = first.map(|group| (*group.robot).clone()).collect();
     for group in groups {
         group.robots_of_scenario = Arc::clone(&robots);
+    }
+}
+
+/// Numbers the robots of the scenario in the order of its groups.
+pub(super) fn number(groups: &mut [Group]) {
+    let mut first = 0u32;
+    for group in groups {
+        group.first_robot = first;
+        first = first.saturating_add(group.count);
     }
 }
 
@@ -52,11 +58,80 @@ pub fn read(
     models: &Models,
     robot_index: &mut RobotIndex,
 ) -> Vec<Option<Group>> {
+    let mut robot_files = RobotFiles::default();
     let sections = root.sections("robots", ROBOTS);
     if sections.is_empty() && root.get("robots").is_none() {
         root.fail(ScenarioCause::NoRobots);
     }
-    sections.iter().map(|section| group(section, folder, world, models, robot_index)).collect()
+    let robot_files = &mut robot_files;
+    let read = |section| group(section, folder, world, models, robot_index, robot_files);
+    sections.iter().map(read).collect()
+}
+
+/// The robot files of a scenario. Many groups may have one file, which is read once.
+#[derive(Default)]
+struct RobotFiles {
+    /// The content of each file by the value of `robot`, or the mistakes without a place in the
+    /// file, which are reported at each group.
+    read: HashMap<String, Result<Arc<Robot>, Vec<RobotError>>>,
+    /// The same with a `profile` and a consequence of faults that differ from the file.
+    changed: HashMap<(String, NumberProfile, OnFault), Arc<Robot>>,
+}
+
+impl RobotFiles {
+    /// Returns the robot of a file, if it has no mistake.
+    fn get(
+        &mut self,
+        entry: &Entry<'_>,
+        file: Option<&Path>,
+        folder: Folder<'_>,
+    ) -> Option<Arc<Robot>> {
+        let name = entry.string()?;
+        let fail = |error: RobotError| entry.fail(ScenarioCause::Robot { error: Box::new(error) });
+        match self.read.get(name) {
+            Some(Ok(robot)) => return Some(robot.clone()),
+            Some(Err(errors)) => {
+                errors.iter().cloned().for_each(fail);
+                return None;
+            }
+            None => {}
+        }
+        let robot = match robot(name, file, folder) {
+            Ok(robot) => Ok(Arc::new(robot)),
+            Err(errors) => {
+                let mut without_place = Vec::new();
+                for error in errors.0 {
+                    match error.place.clone() {
+                        // The mistake has its place in the robot file.
+                        Some(place) => {
+                            let cause = ScenarioCause::Robot { error: Box::new(error) };
+                            entry.reader.fail_at(&place, cause);
+                        }
+                        None => without_place.push(error),
+                    }
+                }
+                without_place.iter().cloned().for_each(fail);
+                Err(without_place)
+            }
+        };
+        self.read.insert(name.to_owned(), robot.clone());
+        robot.ok()
+    }
+
+    /// Returns a robot with another profile and another consequence of faults.
+    fn with(
+        &mut self,
+        robot: Arc<Robot>,
+        file: &str,
+        profile: NumberProfile,
+        on_fault: OnFault,
+    ) -> Arc<Robot> {
+        if (robot.profile, robot.on_fault) == (profile, on_fault) {
+            return robot;
+        }
+        let changed = self.changed.entry((file.to_owned(), profile, on_fault));
+        changed.or_insert_with(|| Arc::new(Robot { profile, on_fault, ..(*robot).clone() })).clone()
+    }
 }
 
 fn group(
@@ -65,20 +140,25 @@ fn group(
     world: &WorldSection,
     models: &Models,
     robot_index: &mut RobotIndex,
+    robot_files: &mut RobotFiles,
 ) -> Option<Group> {
     let place = section.place();
     let robot_entry = section.required("robot");
     let robot_file = robot_entry.as_ref().and_then(|entry| robot_file(entry, folder));
-    let mut robot = robot_entry.and_then(|entry| robot(&entry, robot_file.as_deref(), folder));
+    let named = robot_entry.as_ref().and_then(|entry| entry.value.as_str()).unwrap_or_default();
+    let mut robot = robot_entry
+        .as_ref()
+        .and_then(|entry| robot_files.get(entry, robot_file.as_deref(), folder));
     let profiles =
         [NumberProfile::Tiny, NumberProfile::Full].map(|profile| (profile.name(), profile));
-    if let (Some(robot), Some(profile)) = (&mut robot, section.word("profile", &profiles)) {
-        robot.profile = profile;
+    let (profile, on_fault) =
+        (section.word("profile", &profiles), section.word("on_fault", &OnFault::WORDS));
+    if let Some(of_file) = robot {
+        let profile = profile.unwrap_or(of_file.profile);
+        let on_fault = on_fault.unwrap_or(of_file.on_fault);
+        robot = Some(robot_files.with(of_file, named, profile, on_fault));
     }
-    if let (Some(robot), Some(on_fault)) = (&mut robot, section.word("on_fault", &OnFault::WORDS)) {
-        robot.on_fault = on_fault;
-    }
-    check_rate(section, robot.as_ref());
+    check_rate(section, robot.as_deref());
     let model = robot.as_ref().and_then(|robot| body::of_group(section, robot, models));
     let link = model.as_ref().map(|model| medium::link(section, model.keys().link));
     // Robots with a foreign image have no script.
@@ -91,7 +171,7 @@ fn group(
     let is_sized = count.is_some() || section.get("count").is_none();
     // The number of places replaces an invalid count, so that no further errors follow from it.
     let count = count.unwrap_or(listed.map_or(1, |listed| listed.len() as u32));
-    let backend = backend::of_group(section, model.as_deref(), robot.as_ref(), folder, count);
+    let backend = backend::of_group(section, model.as_deref(), robot.as_deref(), folder, count);
     if let (Some(robot), Some(model), Some(Backend::Vm)) = (&robot, &model, &backend) {
         check_effects(section, robot, &**model);
     }
@@ -107,7 +187,7 @@ fn group(
             _ => model,
         }
     });
-    let name = name(section, robot.as_ref(), robot_index);
+    let name = name(section, robot.as_deref(), robot_index);
     let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(robot_index.next_id());
     let ids = first_id..first_id + count;
     let pointed = |cause| match section.get("first_id") {
@@ -119,15 +199,20 @@ fn group(
     } else if let Some((id, line)) = robot_index.taken(&ids) {
         pointed(ScenarioCause::DuplicateId { id, line });
     }
-    robot_index.add(name.clone(), first_id, count, is_sized && ids.end <= 0x1_0000, &place);
-    if matches!(backend, Some(Backend::Firmware { .. } | Backend::Image(_))) {
-        let limits = |emulation: Arc<dyn Emulation>| EmulatorLimits {
-            counts_steps: emulation.counts_steps(),
-            has_switch: emulation.has_switch(),
-            can_be_moved: !is_image && !flies,
-        };
-        robot_index
-            .last_is_emulated(model.as_ref().and_then(|model| model.emulation()).map(limits));
+    let limits = |emulation: Arc<dyn Emulation>| EmulatorLimits {
+        counts_steps: emulation.counts_steps(),
+        has_switch: emulation.has_switch(),
+        can_be_moved: !is_image && !flies,
+    };
+    let is_emulated = matches!(backend, Some(Backend::Firmware { .. } | Backend::Image(_)));
+    let emulation = model.as_ref().filter(|_| is_emulated).and_then(|model| model.emulation());
+    let has_right_ids = is_sized && ids.end <= 0x1_0000;
+    let numbers = (first_id, count);
+    robot_index.add(name.clone(), numbers, has_right_ids, emulation.map(limits), &place);
+    if robot_index.count() > *COUNT.end() {
+        // More robots than ids: mistakes in the ids are recorded, and the places of so many robots
+        // would take long to check.
+        return None;
     }
     let placement = placement(section, count, world);
     let heading = match section.get("heading") {
@@ -144,6 +229,7 @@ fn group(
         robot_file,
         script: script?,
         backend: backend?,
+        first_robot: 0,
         count: is_sized.then_some(count)?,
         // An id beyond 16 bits was reported above.
         first_id: u16::try_from(first_id).ok()?,
@@ -212,34 +298,13 @@ fn robot_file(entry: &Entry<'_>, folder: Folder<'_>) -> Option<PathBuf> {
     (path.extension() == Some(OsStr::new("toml"))).then(|| folder.path.join(path))
 }
 
-fn robot(entry: &Entry<'_>, file: Option<&Path>, folder: Folder<'_>) -> Option<Robot> {
-    let name = entry.string()?;
-    let found = match file {
-        Some(file) => {
-            let shown = file.to_string_lossy();
-            match read_text(folder.files, file) {
-                Ok(text) => Robot::parse(&text, &shown),
-                Err(error) => Err(RobotErrors::unreadable(&shown, &error)),
-            }
-        }
-        None => find(name),
-    };
-    match found {
-        Ok(robot) => Some(robot),
-        Err(errors) => {
-            for error in errors.0 {
-                match error.place.clone() {
-                    // The mistake has its place in the robot file.
-                    Some(place) => {
-                        entry
-                            .reader
-                            .fail_at(&place, ScenarioCause::Robot { error: Box::new(error) });
-                    }
-                    None => entry.fail(ScenarioCause::Robot { error: Box::new(error) }),
-                }
-            }
-            None
-        }
+/// Reads a robot: a file, or one that ships.
+fn robot(name: &str, file: Option<&Path>, folder: Folder<'_>) -> Result<Robot, RobotErrors> {
+    let Some(file) = file else { return find(name) };
+    let shown = file.to_string_lossy();
+    match read_text(folder.files, file) {
+        Ok(text) => Robot::parse(&text, &shown),
+        Err(error) => Err(RobotErrors::unreadable(&shown, &error)),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The selection of the robots that an event or an expectation refers to.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 use bittybuzz_toml_reader::{Place, TomlError};
@@ -30,15 +30,15 @@ impl Selection {
         self.0.iter().map(|range| range.len()).sum()
     }
 
-    /// Returns true if the selection contains one of these numbers.
-    pub fn overlaps(&self, numbers: &Range<usize>) -> bool {
-        let mut ranges = self.0.iter();
-        ranges.any(|own| (own.start as usize) < numbers.end && numbers.start < own.end as usize)
-    }
-
     /// Returns true if the selection contains that robot.
     pub fn contains(&self, robot: usize) -> bool {
-        u32::try_from(robot).is_ok_and(|robot| self.0.iter().any(|range| range.contains(&robot)))
+        let next = self.0.partition_point(|range| range.end as usize <= robot);
+        self.0.get(next).is_some_and(|range| range.start as usize <= robot)
+    }
+
+    /// Returns the ranges of the robots' numbers, ascending, with gaps between them.
+    pub(crate) fn ranges(&self) -> impl Iterator<Item = Range<u32>> {
+        self.0.iter().cloned()
     }
 
     fn from_ranges(mut ranges: Vec<Range<u32>>) -> Self {
@@ -76,6 +76,12 @@ pub struct RobotIndex {
     numbers: HashMap<String, u32>,
     count: u32,
     next_id: u32,
+    /// The ids of all groups: the first id of a range, the id after its last one, and the index of
+    /// the group. No two ranges overlap: of equal ids, the first group has them.
+    ids: BTreeMap<u32, (u32, usize)>,
+    /// The robots of groups with the same limits, in ascending order. There are at most nine
+    /// different limits.
+    by_limits: Vec<(Option<EmulatorLimits>, Vec<Range<u32>>)>,
     /// True if the count or the ids of a group are wrong, so that the ids of all groups are
     /// uncertain.
     is_unsure: bool,
@@ -88,12 +94,10 @@ struct Known {
     /// The numbers of the group's robots.
     robots: Range<u32>,
     line: usize,
-    /// The limits of its emulator, if its robots run their firmware.
-    emulated: Option<EmulatorLimits>,
 }
 
 /// The limits of an emulator.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EmulatorLimits {
     pub counts_steps: bool,
     pub has_switch: bool,
@@ -101,11 +105,12 @@ pub struct EmulatorLimits {
     pub can_be_moved: bool,
 }
 
-impl Known {
-    fn provides(&self, quantity: &Quantity) -> bool {
-        self.emulated.is_none_or(|emulated| quantity.is_seen_on_firmware(emulated.counts_steps))
-    }
+/// Returns true if a quantity can be read from robots with these limits.
+fn provide(limits: Option<EmulatorLimits>, quantity: &Quantity) -> bool {
+    limits.is_none_or(|limits| quantity.is_seen_on_firmware(limits.counts_steps))
+}
 
+impl Known {
     fn ids(&self) -> Range<u32> {
         self.first_id..self.first_id + self.robots.len() as u32
     }
@@ -120,6 +125,11 @@ impl Known {
 }
 
 impl RobotIndex {
+    /// Returns the number of robots.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
     /// Returns the id after the highest known one.
     pub fn next_id(&self) -> u32 {
         self.next_id
@@ -127,15 +137,18 @@ impl RobotIndex {
 
     /// Returns the first of these ids that a group already has, and the line of the group.
     pub fn taken(&self, ids: &Range<u32>) -> Option<(u32, usize)> {
-        let mut groups = self.groups.iter();
-        let (robots, group) = groups.find_map(|group| Some((group.with_ids(ids)?, group)))?;
-        Some((group.first_id + (robots.start - group.robots.start), group.line))
+        let before = self.ids.range(..=ids.start).next_back();
+        let holds_first = before.filter(|(_, (end, _))| *end > ids.start);
+        let next = || self.ids.range(ids.clone()).next();
+        let (first, (_, group)) = holds_first.or_else(next)?;
+        Some(((*first).max(ids.start), self.groups[*group].line))
     }
 
     /// Returns the id of a robot by its number.
     pub fn id(&self, robot: usize) -> u32 {
         let number = robot as u32;
-        let group = self.groups.iter().find(|group| group.robots.contains(&number));
+        let after = self.groups.partition_point(|group| group.robots.start <= number);
+        let group = self.groups[..after].last();
         let group = group.expect("selections have only numbers of known robots");
         group.first_id + (number - group.robots.start)
     }
@@ -164,60 +177,78 @@ impl RobotIndex {
         }
     }
 
-    /// Adds a group. `is_right` is false if its count or ids have a mistake.
-    pub fn add(&mut self, name: String, first_id: u32, count: u32, is_right: bool, place: &Place) {
+    /// Adds a group, with the limits of its emulator if its robots run their firmware. `is_right`
+    /// is false if its count or ids have a mistake.
+    pub fn add(
+        &mut self,
+        name: String,
+        (first_id, count): (u32, u32),
+        is_right: bool,
+        limits: Option<EmulatorLimits>,
+        place: &Place,
+    ) {
         self.is_unsure |= !is_right;
-        let robots = self.count..self.count + count;
-        self.count += count;
+        let robots = self.count..self.count.saturating_add(count);
+        self.count = robots.end;
+        let ids = first_id..first_id + count;
+        match self.taken(&ids) {
+            Some(_) => self.is_unsure = true,
+            None => drop(self.ids.insert(ids.start, (ids.end, self.groups.len()))),
+        }
+        match self.by_limits.iter_mut().find(|(known, _)| *known == limits) {
+            Some((_, of_kind)) => of_kind.push(robots.clone()),
+            None => self.by_limits.push((limits, vec![robots.clone()])),
+        }
         self.next_id = self.next_id.max(first_id + count);
         self.by_name.entry(name.clone()).or_insert(self.groups.len());
-        self.groups.push(Known { name, first_id, robots, line: place.line, emulated: None });
-    }
-
-    /// Marks the group that was added last as emulated, with the limits of its emulator.
-    pub fn last_is_emulated(&mut self, emulated: Option<EmulatorLimits>) {
-        self.groups.last_mut().expect("a group was added before").emulated = emulated;
+        self.groups.push(Known { name, first_id, robots, line: place.line });
     }
 
     /// Returns true if one of these robots is emulated.
     pub fn is_emulated(&self, robots: &Selection) -> bool {
-        self.any_of(robots, |group| group.emulated.is_some())
+        self.any_of(robots, |limits| limits.is_some())
     }
 
     /// Returns true if all of these robots can be switched off and on, which not every emulator
     /// supports.
     pub fn have_switches(&self, robots: &Selection) -> bool {
-        !self.any_of(robots, |group| group.emulated.is_some_and(|emulated| !emulated.has_switch))
+        !self.any_of(robots, |limits| limits.is_some_and(|emulated| !emulated.has_switch))
     }
 
     /// Returns true if events can move all of these robots.
     pub fn can_be_moved(&self, robots: &Selection) -> bool {
-        !self.any_of(robots, |group| group.emulated.is_some_and(|emulated| !emulated.can_be_moved))
+        !self.any_of(robots, |limits| limits.is_some_and(|emulated| !emulated.can_be_moved))
     }
 
     /// Returns true if a quantity can be read from all of these robots.
     pub fn all_provide(&self, quantity: &Quantity, robots: &Selection) -> bool {
-        !self.any_of(robots, |group| !group.provides(quantity))
+        !self.any_of(robots, |limits| !provide(limits, quantity))
     }
 
     /// Returns true if there are robots, and a quantity can be read from none of them.
     pub fn none_provides(&self, quantity: &Quantity) -> bool {
-        !self.groups.is_empty() && !self.groups.iter().any(|group| group.provides(quantity))
+        !self.groups.is_empty()
+            && !self.by_limits.iter().any(|(limits, _)| provide(*limits, quantity))
     }
 
-    fn any_of(&self, robots: &Selection, is_wanted: impl Fn(&Known) -> bool) -> bool {
-        let mut groups = self.groups.iter().filter(|group| is_wanted(group));
-        groups.any(|group| {
-            robots
-                .0
-                .iter()
-                .any(|some| some.start < group.robots.end && group.robots.start < some.end)
+    /// Returns true if one of these robots has limits of a kind.
+    fn any_of(
+        &self,
+        robots: &Selection,
+        is_wanted: impl Fn(Option<EmulatorLimits>) -> bool,
+    ) -> bool {
+        let mut kinds = self.by_limits.iter().filter(|(limits, _)| is_wanted(*limits));
+        kinds.any(|(_, own)| {
+            robots.ranges().any(|some| {
+                let next = own.partition_point(|range| range.end <= some.start);
+                own.get(next).is_some_and(|range| range.start < some.end)
+            })
         })
     }
 
     /// Returns true if any robot is emulated.
     pub fn any_is_emulated(&self) -> bool {
-        self.groups.iter().any(|group| group.emulated.is_some())
+        self.by_limits.iter().any(|(limits, _)| limits.is_some())
     }
 
     /// Describes the groups for messages, as "`workers` with ids 0 to 19". If there are more than
@@ -352,8 +383,10 @@ impl RobotIndex {
         text: &str,
         ranges: &mut Vec<Range<u32>>,
     ) -> Option<()> {
-        let found: Vec<Range<u32>> =
-            self.groups.iter().filter_map(|group| group.with_ids(ids)).collect();
+        let before = self.ids.range(..ids.start).next_back();
+        let groups = before.into_iter().chain(self.ids.range(ids.clone()));
+        let groups = groups.map(|(_, (_, group))| &self.groups[*group]);
+        let found: Vec<Range<u32>> = groups.filter_map(|group| group.with_ids(ids)).collect();
         let count: usize = found.iter().map(|range| range.len()).sum();
         if self.is_unsure {
             return None;

@@ -9,6 +9,7 @@ use super::error::ScenarioCause;
 use super::event::{MoveTarget, ScheduledEvent, WorldChange};
 use super::group::{Group, Placement, Standing};
 use super::read::{Entry, Section};
+use super::select::Selection;
 use super::world::{MovableSection, ObstacleSection, Outline, Shape, WorldSection};
 
 /// Placed bodies by the square cell of the ground, so that only near ones are compared. Empty cells
@@ -110,28 +111,33 @@ pub fn check_starts(
     };
     let mut is_told: Vec<bool> = groups.iter().map(is_barred).collect();
     let widest_mm = groups.iter().map(Group::radius_mm).fold(0.0, f64::max);
-    let mut check = |is_meant: &dyn Fn(&Group, usize) -> bool| {
+    // Checks the robots in these ranges of their numbers, in groups that are present at the start
+    // or not.
+    let mut check = |robots: &Selection, is_present: bool| {
         let mut space = Space::new(world, widest_mm);
-        let mut first = 0;
-        for (group, is_told) in groups.iter().zip(&mut is_told) {
-            for (index, robot) in group.standing().enumerate() {
-                if !is_meant(group, first + index) {
-                    continue;
+        for range in robots.ranges() {
+            let first = groups.partition_point(|group| group.first_robot <= range.start);
+            let groups = groups.iter().enumerate().skip(first.saturating_sub(1));
+            let groups = groups.take_while(|(_, group)| group.first_robot < range.end);
+            for (number, group) in groups.filter(|(_, group)| group.present == is_present) {
+                let own = range.start.saturating_sub(group.first_robot)
+                    ..(range.end - group.first_robot).min(group.count);
+                for robot in group.standing_in(own) {
+                    let other = space.robot_at(robot.at, robot.radius_mm, SLACK_MM);
+                    if let Some(other) = other.filter(|_| !is_told[number]) {
+                        is_told[number] = true;
+                        root.reader.fail_at(&group.place, overlap(group, robot, other));
+                    }
+                    space.add(robot);
                 }
-                let other = space.robot_at(robot.at, robot.radius_mm, SLACK_MM);
-                if let Some(other) = other.filter(|_| !*is_told) {
-                    *is_told = true;
-                    root.reader.fail_at(&group.place, overlap(group, robot, other));
-                }
-                space.add(robot);
             }
-            first += group.count as usize;
         }
     };
-    check(&|group, _| group.present);
+    let count = groups.last().map_or(0, |last| last.first_robot + last.count);
+    check(&Selection::all(count), true);
     for event in events {
         if let WorldChange::Join(robots) = &event.action {
-            check(&|group, number| !group.present && robots.contains(number));
+            check(robots, false);
         }
     }
 }
@@ -169,20 +175,15 @@ pub fn check_move(
 ) {
     // Other changes name no place, and the places of several robots depend on the run.
     let WorldChange::Move { robots, to: MoveTarget::To(at), .. } = action else { return };
-    let (1, Some(mut number)) = (robots.count(), robots.iter().next()) else { return };
-    for group in groups {
-        if number >= group.count as usize {
-            number -= group.count as usize;
-            continue;
-        }
-        let id = u32::from(group.first_id) + number as u32;
-        let robot = Standing { at: *at, radius_mm: group.radius_mm(), id };
-        if let (Some(barrier), Some(entry)) =
-            (stands_in(world, *at, robot.radius_mm, SLACK_MM), section.get("to"))
-        {
-            entry.fail(barred_by(barrier, robot, world));
-        }
-        return;
+    let (1, Some(number)) = (robots.count(), robots.iter().next()) else { return };
+    let after = groups.partition_point(|group| group.first_robot as usize <= number);
+    let Some(group) = groups[..after].last() else { return };
+    let id = u32::from(group.first_id) + (number as u32 - group.first_robot);
+    let robot = Standing { at: *at, radius_mm: group.radius_mm(), id };
+    if let (Some(barrier), Some(entry)) =
+        (stands_in(world, *at, robot.radius_mm, SLACK_MM), section.get("to"))
+    {
+        entry.fail(barred_by(barrier, robot, world));
     }
 }
 

@@ -35,7 +35,7 @@ pub fn read(folder: &Path, text: &str) -> (Scenario, Vec<Program>) {
 /// Compiles a script for the robots of a group.
 pub fn program(script: &Path, group: &Group) -> Result<Program, String> {
     let options = Options {
-        robot: Some(group.robot.clone()),
+        robot: Some((*group.robot).clone()),
         robots: bittybuzz_robot_files::all_shipped(),
         profile: None,
         outside: (*group.outside).clone(),
@@ -43,7 +43,7 @@ pub fn program(script: &Path, group: &Group) -> Result<Program, String> {
     let text = fs::read_to_string(script).map_err(|error| error.to_string())?;
     let compiled = compile(script, text, &IncludeLoader::new(&DiskFiles), &options);
     let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-    let program = compiled.image.map(|image| Program { image, symbols, sources });
+    let program = compiled.image.map(|image| Program::new(image, symbols, sources));
     program.ok_or_else(|| format!("{:#?}", compiled.diagnostics))
 }
 

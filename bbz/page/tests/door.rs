@@ -38,11 +38,11 @@ fn live() -> Live {
     let scenario = Scenario::open_in(&files, "s.toml".as_ref(), &[], &models).unwrap();
     let program = |(group, script): (&Group, &Path)| {
         let robots = bittybuzz_robot_files::all_shipped();
-        let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
+        let options = Options { robot: Some((*group.robot).clone()), robots, ..Options::default() };
         let script_text = "function step() { forward() }\n".to_owned();
         let compiled = compile(script, script_text, &IncludeLoader::new(&files), &options);
         let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-        Program { image: compiled.image.unwrap(), symbols, sources }
+        Program::new(compiled.image.unwrap(), symbols, sources)
     };
     let programs: Vec<Program> = scenario.scripts().map(program).collect();
     let setup = Arc::new(Setup::new(scenario, programs).unwrap());

@@ -88,7 +88,7 @@ impl Desk {
             let renderer = Renderer::new(&sources);
             diagnostics.iter().for_each(|one| errors += &renderer.text(one, ColorChoice::Never));
             let sources = Arc::new(sources);
-            return image.map(|image| run::Program { image, symbols, sources }).ok_or(errors);
+            return image.map(|image| run::Program::new(image, symbols, sources)).ok_or(errors);
         }
         self.fence.check(script).map_err(|error| unreadable(script, &error))?;
         let selection = RobotChoice::of_group(group);
@@ -102,7 +102,7 @@ impl Desk {
             Err(problem) => Err(problem.to_string()),
             Ok(None) => Err(errors),
             Ok(Some(LoadedProgram { image, symbols, sources, .. })) => {
-                Ok(run::Program { image, symbols, sources: sources.unwrap_or_default() })
+                Ok(run::Program::new(image, symbols, sources.unwrap_or_default()))
             }
         }
     }

@@ -126,7 +126,7 @@ fn ending(summary: &Summary) -> ExitStatus {
 fn text(setup: &Setup, robot: usize, line: &LogLine) -> Vec<u8> {
     let id = setup.id(robot);
     let mut text = format!("{:>8.1} {id:>5}  ", line.tick as f64 / 10.0).into_bytes();
-    let symbols = setup.program(line.program).and_then(|program| program.symbols.as_ref());
+    let symbols = setup.program(line.program).and_then(|program| program.symbols.as_deref());
     line.pieces.iter().for_each(|piece| piece.append_to(symbols, &mut text));
     text
 }

@@ -1,12 +1,15 @@
 //! A scenario with its scripts, compiled once for each kind of robot that runs them.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::ptr;
 use std::sync::Arc;
 
 use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_arena::run;
-use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
+use bittybuzz_robot_spec::Robot;
 
 use crate::emulator;
 use crate::messages;
@@ -38,7 +41,7 @@ pub struct Opened {
     pub text: String,
     pub scenario: Arc<Scenario>,
     /// The programs for messages, in the order of [`Scenario::programs`].
-    pub programs: Vec<LoadedProgram>,
+    pub programs: Vec<Arc<LoadedProgram>>,
     /// The programs for the robots, in the same order.
     pub images: Arc<[run::Program]>,
     /// Programs that emulate robots, by the models' names.
@@ -64,30 +67,35 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
             return Ok(None);
         }
     };
-    let mut programs: Vec<Option<LoadedProgram>> = Vec::new();
-    for (number, (group, script)) in scenario.programs().enumerate() {
-        let is_same =
-            |(other, of): (&Group, Option<&Path>)| (of, &other.robot) == (script, &group.robot);
-        let same = scenario.programs().take(number).position(is_same);
-        let program = match (same, script) {
-            // The mistakes of this program were printed already.
-            (Some(same), _) => programs[same].clone(),
-            (None, Some(script)) => {
-                LoadedProgram::open(script, include, &RobotChoice::of_group(group))?
+    let mut programs = Vec::new();
+    // Groups with one script and one robot, of which there may be thousands, share a program, and
+    // its mistakes are printed once.
+    let mut known: HashMap<(Option<&Path>, &str), Vec<(&Robot, Option<SharedProgram>)>> =
+        HashMap::new();
+    for (group, script) in scenario.programs() {
+        let robot = &*group.robot;
+        let alike = known.entry((script, robot.name.as_str())).or_default();
+        let same = alike.iter().position(|(other, _)| ptr::eq(*other, robot) || *other == robot);
+        let same = match (same, script) {
+            (Some(same), _) => same,
+            (None, script) => {
+                let choice = || RobotChoice::of_group(group);
+                let program = match script {
+                    Some(script) => LoadedProgram::open(script, include, &choice())?,
+                    None => Some(LoadedProgram::empty(group)),
+                };
+                alike.push((robot, program.map(shared)));
+                alike.len() - 1
             }
-            (None, None) => Some(LoadedProgram::empty(group)),
         };
-        programs.push(program);
+        programs.push(alike[same].1.clone());
     }
-    let Some(programs) = programs.into_iter().collect::<Option<Vec<LoadedProgram>>>() else {
+    drop(known);
+    let Some(programs) = programs.into_iter().collect::<Option<Vec<SharedProgram>>>() else {
         return Ok(None);
     };
-    let image = |program: &LoadedProgram| run::Program {
-        image: program.image.clone(),
-        symbols: program.symbols.clone(),
-        sources: program.sources.clone().unwrap_or_default(),
-    };
-    let images = programs.iter().map(image).collect();
+    let (programs, images): (Vec<_>, Vec<_>) = programs.into_iter().unzip();
+    let images = images.into();
     let models = run::emulated(&scenario);
     if arguments.emulator.is_some() && models.len() > 1 {
         return Err(SeveralEmulators.into());
@@ -107,6 +115,16 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
         images,
         emulators,
     }))
+}
+
+/// A program of this tool, and the same program for the simulator.
+type SharedProgram = (Arc<LoadedProgram>, run::Program);
+
+fn shared(program: LoadedProgram) -> SharedProgram {
+    let LoadedProgram { image, symbols, sources, .. } = &program;
+    let sources = sources.clone().unwrap_or_default();
+    let image = run::Program::new(image.clone(), symbols.clone(), sources);
+    (Arc::new(program), image)
 }
 
 impl Opened {

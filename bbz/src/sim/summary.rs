@@ -1,6 +1,7 @@
 //! The results of a run, for people and for programs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 use std::time::Duration;
 
 use bittybuzz_arena::engine::LinkStatistics;
@@ -138,7 +139,7 @@ pub fn later(held: f64, since: f64) -> String {
 }
 
 /// Returns the summary as a JSON object.
-pub fn json(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) -> Value {
+pub fn json(setup: &Setup, programs: &[Arc<LoadedProgram>], summary: &Summary) -> Value {
     let expects = setup.scenario.expects.iter().zip(&summary.convergences);
     let expects: Vec<Value> = expects
         .map(|(expect, convergence)| {
@@ -228,20 +229,24 @@ pub fn json(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) -> Val
 }
 
 /// Prints the faults of scripts: one message for all robots with the same fault at the same place.
-pub fn faults(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) {
-    let mut printed = Vec::new();
+pub fn faults(setup: &Setup, programs: &[Arc<LoadedProgram>], summary: &Summary) {
     let key = |fault: &FaultOf| {
         let is_contained = fault.record.consequence == Consequence::Contained;
         let (code, position) = (fault.record.fault.code, fault.record.fault.position);
         (fault.record.program, position, code as u8, is_contained)
     };
+    // The faults at each place, in the order of their first ones.
+    let mut places: Vec<Vec<&FaultOf>> = Vec::new();
+    let mut known = HashMap::new();
     for fault in &summary.faults {
-        if printed.contains(&key(fault)) {
-            continue;
+        let place = *known.entry(key(fault)).or_insert(places.len());
+        match places.get_mut(place) {
+            Some(alike) => alike.push(fault),
+            None => places.push(vec![fault]),
         }
-        printed.push(key(fault));
-        let alike: Vec<&FaultOf> =
-            summary.faults.iter().filter(|other| key(other) == key(fault)).collect();
+    }
+    for alike in places {
+        let fault = alike[0];
         report::print(described(setup, programs, fault).message(&[note(setup, &alike)]));
     }
 }
@@ -249,13 +254,13 @@ pub fn faults(setup: &Setup, programs: &[LoadedProgram], summary: &Summary) {
 /// Describes a fault of a robot.
 fn described<'a>(
     setup: &Setup,
-    programs: &'a [LoadedProgram],
+    programs: &'a [Arc<LoadedProgram>],
     FaultOf { robot, record }: &FaultOf,
 ) -> FaultReport<'a> {
     let program = programs[record.program.0].known();
     let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
     // Firmware does not report the accepted arguments.
-    let robot = Some(&setup.scenario.group(setup.group(*robot)).robot);
+    let robot = Some(&*setup.scenario.group(setup.group(*robot)).robot);
     let refusal = record.refusal.clone().or_else(|| accepted(&record.fault, program, robot));
     let report = FaultReport::new(&record.fault, backtrace, refusal.as_deref());
     report.with_memory(record.memory.as_ref())

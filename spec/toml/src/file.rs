@@ -8,8 +8,11 @@ use std::path::{Path, PathBuf};
 /// The limit for a text that people write, in bytes: scenarios, robot files.
 pub const TEXT_BYTES_MAX: u64 = 4 << 20;
 
-/// The limit for a file that a compiler made of a script, in bytes: images, symbols, Buzz object
-/// files.
+/// The limit for a Buzz object file, in bytes. An image has at most 64 KiB, so longer ones are no
+/// script of a robot, and reading takes a thousand bytes of memory for each byte.
+pub const OBJECT_BYTES_MAX: u64 = 1 << 20;
+
+/// The limit for other files that a compiler made of a script, in bytes: images, symbols.
 pub const COMPILED_BYTES_MAX: u64 = 64 << 20;
 
 /// The limit for a program with the data of debuggers, in bytes: ELF, Intel hex.

@@ -84,7 +84,7 @@ pub fn program(script: &Path, robot: &Robot) -> Program {
     let text = std::fs::read_to_string(script).unwrap();
     let compiled = compile(script, text, &IncludeLoader::new(&DiskFiles), &options);
     let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
-    Program { image, symbols: compiled.symbols, sources: Arc::new(compiled.sources) }
+    Program::new(image, compiled.symbols, Arc::new(compiled.sources))
 }
 
 /// Runs the scenario of both backends, and tells how it ends.

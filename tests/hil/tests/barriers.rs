@@ -47,13 +47,13 @@ fn ticks(robot: &str, group: &str, firmware: &Path, core: Core, number: u16, val
     let models = bittybuzz_robot_models::all();
     let scenario = Scenario::parse(&text, "test.toml", Path::new(""), &[], &models)
         .unwrap_or_else(|errors| panic!("{errors:#?}"));
-    let robot = Some(scenario.groups[0].robot.clone());
+    let robot = Some((*scenario.groups[0].robot).clone());
     let options =
         Options { robot, robots: bittybuzz_robot_files::all_shipped(), ..Options::default() };
     let compiled =
         compile(Path::new(file.path()), script, &IncludeLoader::new(&DiskFiles), &options);
     let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-    let program = Program { image: compiled.image.unwrap(), symbols, sources };
+    let program = Program::new(compiled.image.unwrap(), symbols, sources);
     let model = scenario.groups[0].model.name();
     let setup = Setup::new(scenario, vec![program]).unwrap();
     let setup = Arc::new(setup.emulated_by(model, core.program().to_owned()));

@@ -59,7 +59,7 @@ fn play(name: &str, backend: &str, seed: u32, mut look: impl FnMut(&Simulation) 
     let group = &scenario.groups[0];
     let Compiled { image, symbols, sources, .. } =
         compiled(group.script.as_ref().unwrap(), &group.robot);
-    let program = Program { image: image.unwrap(), symbols, sources: Arc::new(sources) };
+    let program = Program::new(image.unwrap(), symbols, Arc::new(sources));
     let programs = vec![program; scenario.groups.len()];
     let setup = Setup::new(scenario.clone(), programs).unwrap();
     let setup = setup.emulated_by("kilobot", Core::Avr.program().to_owned());

@@ -45,7 +45,7 @@ pub fn fly(path: &str, keys: &[String]) -> f32 {
 
 fn program(group: &bittybuzz_arena::scenario::Group) -> Program {
     let options = Options {
-        robot: Some(group.robot.clone()),
+        robot: Some((*group.robot).clone()),
         robots: bittybuzz_robot_files::all_shipped(),
         ..Options::default()
     };
@@ -53,7 +53,7 @@ fn program(group: &bittybuzz_arena::scenario::Group) -> Program {
     let text = std::fs::read_to_string(script).unwrap();
     let compiled = compile(script, text, &IncludeLoader::new(&DiskFiles), &options);
     let image = compiled.image.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
-    Program { image, symbols: compiled.symbols, sources: Arc::new(compiled.sources) }
+    Program::new(image, compiled.symbols, Arc::new(compiled.sources))
 }
 
 fn least_distance_mm(simulation: &Simulation) -> f32 {

@@ -35,10 +35,10 @@ fn programs(scenario: &Scenario) -> Vec<Program> {
             ..IncludeLoader::new(&DiskFiles)
         };
         let robots = bittybuzz_robot_files::all_shipped();
-        let options = Options { robot: Some(group.robot.clone()), robots, ..Options::default() };
+        let options = Options { robot: Some((*group.robot).clone()), robots, ..Options::default() };
         let compiled = compile(script, text, &loader, &options);
         let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-        Program { image: compiled.image.unwrap(), symbols, sources }
+        Program::new(compiled.image.unwrap(), symbols, sources)
     };
     scenario.groups.iter().map(compiled).collect()
 }

@@ -39,6 +39,8 @@ pub(crate) struct Transmissions {
     pub(crate) medium: Medium,
     /// The links on this medium: one per herd and one per intruder.
     links: Vec<Reach>,
+    /// The longest reach of a link, mm.
+    widest: f32,
     /// Cells as large as the longest reach.
     cells: Cells,
     /// Index of the latest transmission of each cell, or [`END`].
@@ -77,6 +79,7 @@ impl Transmissions {
         Transmissions {
             medium,
             links: Vec::new(),
+            widest: 0.0,
             cells,
             latest: vec![END; cells.count()],
             beams: Vec::new(),
@@ -90,14 +93,22 @@ impl Transmissions {
     pub(crate) fn add_link(&mut self, link: LinkSettings, bodies_mm: f32, area: Area) -> u16 {
         let most = link.range.map_or(f32::INFINITY, |range| range + bodies_mm);
         self.links.push(Reach { link, bodies: bodies_mm, most });
-        let widest = self.links.iter().map(|reach| reach.most).fold(0.0, f32::max);
-        self.cells = Cells::new(area, widest, CELLS_MAX);
-        self.latest = vec![END; self.cells.count()];
-        self.beams.clear();
-        for index in 0..self.transmissions.len() {
-            self.enter(index);
+        // Most groups have the reach of another one, and need no other cells.
+        if most > self.widest || self.links.len() == 1 {
+            self.widest = self.widest.max(most);
+            self.cells = Cells::new(area, self.widest, CELLS_MAX);
+            self.latest = vec![END; self.cells.count()];
+            self.beams.clear();
+            for index in 0..self.transmissions.len() {
+                self.enter(index);
+            }
         }
         (self.links.len() - 1) as u16
+    }
+
+    /// Returns true if another link can be added: their numbers have 16 bits.
+    pub(crate) fn has_room(&self) -> bool {
+        self.links.len() <= usize::from(u16::MAX)
     }
 
     pub(crate) fn link(&self, link: u16) -> &LinkSettings {
