@@ -1,13 +1,16 @@
 //! Tests that memory and work of every reader of files are in proportion to the file.
 //!
-//! A file may come from somebody else, so a small file that takes all memory, or time that grows
-//! with the square of its length, is a defect. The tests count bytes of memory: the most that are in
+//! Files are exchanged between people. A small file that takes all memory is a defect, and so is time
+//! that grows with the square of the length. The tests count bytes of memory: the most that are in
 //! use at once, and all that are ever reserved as a measure of the work. Both are the same on every
 //! computer and under any load. Work without memory does not show here.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+mod others;
+mod programs;
 mod recordings;
+mod scenarios;
 
 use allocation_counter::{AllocationInfo, measure};
 

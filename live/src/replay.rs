@@ -1,6 +1,6 @@
 //! A recording that a client plays.
 //!
-//! A recording may come from somebody else, so a file of any content takes memory in proportion to
+//! Recordings are exchanged between people, so a file of any content takes memory in proportion to
 //! its length: one state of the robots that changes in place, and copies of it within a budget.
 
 use std::time::Duration;

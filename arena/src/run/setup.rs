@@ -17,7 +17,7 @@ use crate::robot::{
 };
 use crate::scenario::{
     Backend, Group, GroupId, Load, Quantity, Scenario, ScenarioCause, ScenarioError, Selection,
-    WorldChange, groups_of,
+    WorldChange, each_group_of, groups_of,
 };
 
 use super::expectation::Bound;
@@ -25,6 +25,9 @@ use super::firmware::Firmware;
 use super::group::{group_of, id, joining_order};
 use super::program::{Compiler, LoadedProgram, Program};
 use super::quantity::QuantityProbe;
+
+/// The most mistakes that are reported. Each lists the names that would be right.
+const MISTAKES_MAX: usize = 100;
 
 /// A reason why a scenario cannot be run with these programs.
 #[derive(Debug)]
@@ -85,6 +88,9 @@ impl Setup {
         }
         let mut expects = Vec::new();
         for expect in &scenario.expects {
+            if errors.len() >= MISTAKES_MAX {
+                break;
+            }
             match QuantityProbe::new(&expect.value, &scenario.groups, &programs, &expect.robots) {
                 Ok(probe) => expects.push(Bound::new(expect, probe, &scenario)),
                 Err(cause) => errors.push(ScenarioError {
@@ -94,6 +100,9 @@ impl Setup {
             }
         }
         for event in &scenario.events {
+            if errors.len() >= MISTAKES_MAX {
+                break;
+            }
             // Only these events name something of a script.
             let (checked, place) = match &event.action {
                 WorldChange::Set { robots, global, place, .. } => {
@@ -328,6 +337,11 @@ fn check_global(
     robots: &Selection,
     name: &str,
 ) -> Result<(), ScenarioCause> {
+    // There may be thousands of events and groups, and mostly the first program has the global.
+    let mut own = each_group_of(&scenario.groups, robots);
+    if own.any(|GroupId(number)| programs[number].program.global(name).is_some()) {
+        return Ok(());
+    }
     let global = Quantity::Global { name: name.to_owned(), keys: Vec::new() };
     QuantityProbe::new(&global, &scenario.groups, programs, robots).map(|_| ())
 }

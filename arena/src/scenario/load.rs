@@ -48,15 +48,20 @@ pub fn outside_uses(events: &[ScheduledEvent]) -> OutsideUses {
 
 /// Returns the groups that contain some of these robots, in ascending order.
 pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<GroupId> {
-    let mut found: Vec<GroupId> = Vec::new();
-    for range in robots.ranges() {
+    each_group_of(groups, robots).collect()
+}
+
+/// Returns the groups of [`groups_of`] one by one, for callers that stop at the first.
+pub fn each_group_of(groups: &[Group], robots: &Selection) -> impl Iterator<Item = GroupId> {
+    let mut next = 0;
+    robots.ranges().flat_map(move |range| {
         let first = groups.partition_point(|group| group.first_robot + group.count <= range.start);
         let end = groups.partition_point(|group| group.first_robot < range.end);
         // A group may contain the end of one range and the beginning of the next.
-        let first = found.last().map_or(first, |last| first.max(last.0 + 1));
-        found.extend((first..end).map(GroupId));
-    }
-    found
+        let first = first.max(next);
+        next = next.max(end);
+        (first..end).map(GroupId)
+    })
 }
 
 /// Returns the scripts that events load and that groups do not run from the start, each once, in

@@ -20,7 +20,7 @@ pub fn check(root: &Section<'_>, groups: &[Group]) {
         };
         root.reader.fail_at(place, cause);
     };
-    // The first group of each model, and the robots of the model so far.
+    // The first group of each model, and the number of robots of the model.
     let mut models: HashMap<&str, (&Group, u32)> = HashMap::new();
     for group in groups {
         let (first, count) = models.entry(group.model.name()).or_insert((group, 0));

@@ -52,7 +52,7 @@ pub use files::{EmbeddedFiles, sections as file_sections, without_files};
 pub(crate) use group::Standing;
 pub use group::{Group, GroupId, Heading, Placement};
 pub use load::Load;
-pub(crate) use load::groups_of;
+pub(crate) use load::{each_group_of, groups_of};
 pub use medium::{LossSetting, MediaSettings, MediumSettings};
 pub use output::OutputSection;
 pub use read::{Entry, Section};

@@ -74,7 +74,7 @@ struct RobotFiles {
     /// The content of each file by the value of `robot`, or the mistakes without a place in the
     /// file, which are reported at each group.
     read: HashMap<String, Result<Arc<Robot>, Vec<RobotError>>>,
-    /// The same with a `profile` and a consequence of faults that differ from the file.
+    /// The robots whose group sets another profile or another consequence of faults than the file.
     changed: HashMap<(String, NumberProfile, OnFault), Arc<Robot>>,
 }
 
@@ -210,8 +210,7 @@ fn group(
     let numbers = (first_id, count);
     robot_index.add(name.clone(), numbers, has_right_ids, emulation.map(limits), &place);
     if robot_index.count() > *COUNT.end() {
-        // More robots than ids: mistakes in the ids are recorded, and the places of so many robots
-        // would take long to check.
+        // The mistakes in the ids are recorded. Each further group could have 65,536 places to check.
         return None;
     }
     let placement = placement(section, count, world);

@@ -73,6 +73,24 @@ fn robot_choice(text: &str) -> Result<(String, String), String> {
     }
 }
 
+/// Imports a text as [`execute`] does, for the test of memory, and discards the result.
+#[cfg(test)]
+pub fn read_text(text: &str, path: &Path) {
+    let kinds = RobotKinds::new(&[], Path::new("")).ok().expect("the robots ship");
+    let folders = ScriptFolders::new(Path::new(""), Path::new("")).expect("there is a folder");
+    let reader = Reader::new("e.argos", text);
+    let world = reader
+        .document()
+        .and_then(|document| experiment::read(Element::root(&document, &reader), &kinds, &folders));
+    let (mistakes, omissions) = reader.into_results();
+    for (mistake, _) in &mistakes {
+        drop((mistake.to_string(), mistake.help()));
+    }
+    let Some(world) = world.filter(|_| mistakes.is_empty()) else { return };
+    let comments = omissions.lines(|line| format!("line {line}"));
+    load::errors(&write::scenario(&world, "e.argos", &comments), path);
+}
+
 /// Carries out the command.
 pub fn execute(arguments: &ImportArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let path = arguments.file.as_path();

@@ -12,6 +12,9 @@ mod source;
 #[cfg(feature = "view")]
 mod view;
 
+#[cfg(test)]
+pub use lines::parse as parse_line;
+
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 use std::sync::OnceLock;
+use std::time::Duration;
 
+use allocation_counter::measure;
 use bittybuzz_arena::output::recording::{
     RecordedBody, RecordedMovable, RecordedObstacle, RecordedOutline, RecordedPatch, RecordedShape,
     RecordingHeader, RecordingReader, RecordingSample, RecordingWriter,
@@ -10,6 +12,7 @@ use bittybuzz_arena::output::recording::{
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_compiler::disasm::disassemble;
 use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_live::{Replay, Source};
 use bittybuzz_robot_files::shipped;
 use bittybuzz_robot_spec::Robot;
 
@@ -153,10 +156,13 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut bodies = Vec::new();
     for _ in 0..choices.below(6) {
-        bodies.push(RecordedBody {
-            id: u16::from(choices.byte()) * 257,
-            radius: choices.byte().into(),
-        });
+        let id = u16::from(choices.byte()) * 257;
+        // No two robots have one id.
+        let id = (id..=u16::MAX)
+            .chain(0..id)
+            .find(|id| bodies.iter().all(|body: &RecordedBody| body.id != *id));
+        let id = id.expect("there are more ids than robots");
+        bodies.push(RecordedBody { id, radius: choices.byte().into() });
     }
     let size = [1000, u32::from(choices.byte())];
     let mut far = || i32::from_le_bytes([0; 4].map(|_: u8| choices.byte()));
@@ -219,8 +225,45 @@ fn written(choices: &mut Choices<'_>) -> Vec<u8> {
     bytes
 }
 
+/// The most bytes of memory that a recording takes at once while it is played, and that playing it
+/// reserves in total, which counts the work: for each byte of the recording, and for any recording.
+/// The copies to step back to are a third of the first; they are made anew each time the samples double.
+const MEMORY_PER_BYTE: u64 = 64;
+const WORK_PER_BYTE: u64 = 1024;
+const CONSTANT: u64 = 256 << 10;
+
+/// Plays a recording forward and back as its page does, within budgets of memory and work.
+fn play(bytes: &[u8]) {
+    let mut end = None;
+    let played = measure(|| {
+        let Ok(mut replay) = Replay::new(bytes) else { return };
+        for request in [
+            r#"{"step":{"ticks":3}}"#,
+            r#"{"go_to":{"tick":4294967295}}"#,
+            r#"{"go_to":{"tick":50}}"#,
+            r#"{"go_to":{"tick":0}}"#,
+            r#"{"step":{"ticks":4294967295}}"#,
+        ] {
+            replay.request(request, Duration::ZERO);
+            replay.take_events();
+            replay.take_sample();
+        }
+        end = Some(replay.tick());
+    });
+    if let Some(end) = end {
+        let mut reader = RecordingReader::new(bytes).expect("it was played");
+        while matches!(reader.advance(), Ok(Some(_))) {}
+        assert_eq!(reader.tick(), end, "the last step did not lead to the last sample");
+    }
+    let length = bytes.len() as u64;
+    let [peak, work] = [played.bytes_max, played.bytes_total];
+    assert!(peak <= MEMORY_PER_BYTE * length + CONSTANT, "{peak} bytes at once for {length}");
+    assert!(work <= WORK_PER_BYTE * length + CONSTANT, "{work} bytes in total for {length}");
+}
+
 /// Returns the samples of a recording that can be read to its end.
 fn read(bytes: &[u8]) -> Option<Vec<RecordingSample>> {
+    play(bytes);
     let reader = match RecordingReader::new(bytes) {
         Ok(reader) => reader,
         Err(error) => {

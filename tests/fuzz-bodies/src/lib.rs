@@ -10,7 +10,7 @@
 //! | `bo` | bytes as an object file of the reference compiler | the same for the importer |
 //! | `bo_mutated` | changes to the instructions of a known object file, and a debug file | the same; many of these inputs are programs |
 //! | `message` | decisions that make frames | what can be read can be written and read again; a robot that receives it continues as before |
-//! | `recording` | bytes as a recording, or changes to one | what can be read is written as it was read |
+//! | `recording` | bytes as a recording, or changes to one | what can be read is written as it was read, and played forward and back, with memory and work in proportion to the bytes |
 //! | `scenario` | text of a scenario, or changes to the words of a known one | it is read or refused with reasons |
 //! | `robot_file` | the same for robot files | the same |
 //! | `symbols` | the same for symbols | the same; what is read can be kept, and looked up |

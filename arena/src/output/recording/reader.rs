@@ -1,6 +1,6 @@
 //! Reads recordings.
 //!
-//! A recording may come from somebody else, so its length bounds memory and time.
+//! Recordings are exchanged between people, so the length of a file bounds memory and time.
 //! [`RecordingReader::advance`] changes one state in place: a sample costs as much as its changes,
 //! however many robots there are.
 

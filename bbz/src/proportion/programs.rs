@@ -1,0 +1,137 @@
+//! Scripts, and what compilers make of them: images, symbols, Buzz object files, hex and ELF.
+
+use std::path::Path;
+
+use bittybuzz_compiler::bo;
+use bittybuzz_compiler::compile::{Options, compile};
+use bittybuzz_compiler::disasm::disassemble;
+use bittybuzz_compiler::include::{IncludeLoader, MemoryFiles};
+use bittybuzz_compiler::render::{ColorChoice, Renderer};
+use bittybuzz_compiler::symbols::Symbols;
+use bittybuzz_isp::program;
+
+use super::{CONSTANT, LIMITS, Limits};
+
+/// A token of one byte becomes nodes of the compiler with their places and types, and a mistake
+/// becomes a message: up to 250 bytes. A script has at most 1 MiB.
+const SCRIPTS: Limits = Limits { per_byte: 256, constant: CONSTANT };
+
+/// An instruction of one byte becomes a line of text, and a statement that the compiler reads: up to
+/// 1130 bytes.
+const OBJECTS: Limits = Limits { per_byte: 1200, constant: 2 * CONSTANT };
+
+fn build(text: &String) {
+    let files = MemoryFiles::default();
+    let loader = IncludeLoader::new(&files);
+    let compiled = compile(Path::new("s.bzz"), text.clone(), &loader, &Options::default());
+    let renderer = Renderer::new(&compiled.sources);
+    for one in &compiled.diagnostics {
+        renderer.text(one, ColorChoice::Never);
+    }
+}
+
+#[test]
+fn scripts_of_any_shape() {
+    let check = |shape: &str, size, make: &dyn Fn(usize) -> String| {
+        SCRIPTS.check(shape, size, make, build);
+    };
+    check("statements", 500, &|n| "x = 1\n".repeat(n));
+    check("globals", 300, &|n| (0..n).map(|i| format!("g{i} = {i}\n")).collect());
+    check("functions", 200, &|n| (0..n).map(|i| format!("function f{i}() {{ }}\n")).collect());
+    check("calls of nothing", 300, &|n| (0..n).map(|i| format!("u{i}()\n")).collect());
+    check("nested blocks", 2000, &|n| "if(1) { ".repeat(n) + &"}".repeat(n));
+    check("nested brackets", 5000, &|n| format!("x = {}1{}", "(".repeat(n), ")".repeat(n)));
+    check("nested tables", 5000, &|n| format!("x = {}", "{ .a = ".repeat(n)));
+    check("operators", 1000, &|n| format!("x = 1{}", " + x".repeat(n)));
+    check("minus signs", 5000, &|n| format!("x = {}1", "- ".repeat(n)));
+    check("a long name", 50_000, &|n| format!("{} = 1", "x".repeat(n)));
+    check("a long string", 50_000, &|n| format!("x = \"{}\"", "a".repeat(n)));
+    check("an open string", 50_000, &|n| format!("x = \"{}", "a".repeat(n)));
+    check("strings", 500, &|n| (0..n).map(|i| format!("x = \"s{i}\"\n")).collect());
+    check("a table", 500, &|n| {
+        format!("x = {{ {} }}", (0..n).map(|i| format!(".k{i} = 1, ")).collect::<String>())
+    });
+    check("bytes that are no tokens", 20_000, &|n| "$".repeat(n));
+    check("comments", 20_000, &|n| "# c\n".repeat(n));
+    check("else if", 500, &|n| "if(x) y = 1 ".to_owned() + &"else if(x) y = 2 ".repeat(n));
+    check("indices", 1000, &|n| format!("x = y{}", ".z".repeat(n)));
+    check("local variables", 100, &|n| {
+        let each = (0..n).map(|i| format!("var v{i} = {i} "));
+        format!("function f() {{ {} }}", each.collect::<String>())
+    });
+}
+
+#[test]
+fn images_of_any_shape() {
+    let read = |bytes: &Vec<u8>| drop(disassemble(bytes, None));
+    LIMITS.check("zeros", 10_000, |n| vec![0; n], read);
+    LIMITS.check("ones", 10_000, |n| vec![0xff; n], read);
+    let files = MemoryFiles::default();
+    let text = "function step() { log(1) }\n".to_owned();
+    let loader = IncludeLoader::new(&files);
+    let image = compile(Path::new("s.bzz"), text, &loader, &Options::default()).image.unwrap();
+    for byte in [0, 1, 0x40, 0x80, 0xff] {
+        let long = |n| [image.as_slice(), &vec![byte; n]].concat();
+        LIMITS.check("bytes after an image", 5000, long, read);
+    }
+}
+
+#[test]
+fn symbols_of_any_shape() {
+    let files = MemoryFiles::default();
+    let text = "x = 1\nfunction f(a) { return a }\nfunction step() { log(f(x)) }\n".to_owned();
+    let loader = IncludeLoader::new(&files);
+    let compiled = compile(Path::new("s.bzz"), text, &loader, &Options::default());
+    let symbols = compiled.symbols.unwrap();
+    let read = |text: &String| drop(Symbols::from_json(text).map(|symbols| symbols.to_json()));
+    let with = |change: &dyn Fn(&mut Symbols)| {
+        let mut symbols = symbols.clone();
+        change(&mut symbols);
+        symbols.to_json()
+    };
+    let strings = |n| with(&|symbols| symbols.strings = vec!["a".to_owned(); n]);
+    LIMITS.check("strings", 5000, strings, read);
+    let globals = |n| with(&|symbols| symbols.globals = vec!["a".to_owned(); n]);
+    LIMITS.check("globals", 5000, globals, read);
+    LIMITS.check("nested lists", 20_000, |n| "[".repeat(n), read);
+    LIMITS.check("a long string", 50_000, |n| format!("{{\"a\":\"{}", "x".repeat(n)), read);
+}
+
+#[test]
+fn object_files_of_any_shape() {
+    const MORSE: &[u8] = include_bytes!("../../../tests/fuzz-bodies/seeds/morse.bo");
+    let read = |bytes: &Vec<u8>| {
+        let _ = bo::import(Path::new("s.bo"), bytes, None, &Options::default());
+        let _ = bo::disassemble(bytes);
+    };
+    OBJECTS.check("zeros", 5000, |n| vec![0; n], read);
+    OBJECTS.check("a count of strings", 5000, |n| [vec![0xff, 0xff], vec![b'a'; n]].concat(), read);
+    let strings = |n: usize| {
+        let count = (n as u16).to_le_bytes();
+        [count.to_vec(), b"a\0".repeat(n)].concat()
+    };
+    OBJECTS.check("strings", 5000, strings, read);
+    for code in [0, 1, 5, 20] {
+        let long = |n| [MORSE, &vec![code; n]].concat();
+        OBJECTS.check("code after a script", 3000, long, read);
+    }
+}
+
+#[test]
+fn programs_of_any_shape() {
+    let read = |bytes: &Vec<u8>| drop(program::read(bytes));
+    let line = |n| b":0100000000FF\n".repeat(n);
+    LIMITS.check("lines at one place", 2000, line, read);
+    let lines = |n: usize| {
+        let record = |at: usize| {
+            let at = at % 0x1_0000;
+            let sum = (1 + (at >> 8) + (at & 0xff)) % 256;
+            format!(":01{at:04X}0000{:02X}\n", (256 - sum) % 256).into_bytes()
+        };
+        (0..n).flat_map(record).collect::<Vec<u8>>()
+    };
+    LIMITS.check("lines of one byte", 2000, lines, read);
+    LIMITS.check("a long line", 20_000, |n| [b":".as_slice(), &vec![b'0'; n]].concat(), read);
+    let elf = |n| [b"\x7fELF\x01\x01\x01".as_slice(), &vec![0xff; n]].concat();
+    LIMITS.check("ELF", 20_000, elf, read);
+}
