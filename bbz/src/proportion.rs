@@ -12,6 +12,8 @@ mod programs;
 mod recordings;
 mod scenarios;
 
+use std::borrow::Borrow;
+
 use allocation_counter::{AllocationInfo, measure};
 
 /// Memory that a reader may take whatever the file: tables of fixed size, and messages.
@@ -34,20 +36,21 @@ const LIMITS: Limits = Limits { per_byte: 64, constant: CONSTANT };
 impl Limits {
     /// Reads inputs of three sizes, each about twice as long as the one before. `make` returns the
     /// input of a size.
-    fn check<I: AsRef<[u8]>>(
+    fn check<I: Borrow<T>, T: ?Sized + AsRef<[u8]>>(
         &self,
         shape: &str,
         size: usize,
         make: impl Fn(usize) -> I,
-        read: impl Fn(&I),
+        read: impl Fn(&T),
     ) {
         // Tables that are made once, such as those of the robots, are no part of a measurement.
-        read(&make(1));
+        read(make(1).borrow());
         let mut before: Option<AllocationInfo> = None;
         for size in [size, 2 * size, 4 * size] {
             let input = make(size);
+            let input = input.borrow();
             let length = input.as_ref().len() as u64;
-            let info = measure(|| read(&input));
+            let info = measure(|| read(input));
             let (peak, work) = (info.bytes_max, info.bytes_total);
             println!("{shape}: {length} bytes, {peak} at once, {work} in total");
             let most = self.per_byte * length + self.constant;

@@ -76,7 +76,7 @@ fn robot_choice(text: &str) -> Result<(String, String), String> {
 /// Imports a text as [`execute`] does, for the test of memory, and discards the result.
 #[cfg(test)]
 pub fn read_text(text: &str, path: &Path) {
-    let kinds = RobotKinds::new(&[], Path::new("")).ok().expect("the robots ship");
+    let Ok(kinds) = RobotKinds::new(&[], Path::new("")) else { panic!("the robots ship") };
     let folders = ScriptFolders::new(Path::new(""), Path::new("")).expect("there is a folder");
     let reader = Reader::new("e.argos", text);
     let world = reader

@@ -10,7 +10,7 @@ use crate::trace;
 
 #[test]
 fn experiments_of_any_shape() {
-    let read = |text: &String| import::read_text(text, Path::new("e.argos"));
+    let read = |text: &str| import::read_text(text, Path::new("e.argos"));
     // The document has a node of 100 bytes for an element of four bytes.
     let limits = Limits { per_byte: 128, constant: 2 * CONSTANT };
     let check = |shape: &str, size, make: &dyn Fn(usize) -> String| {
@@ -61,7 +61,7 @@ fn experiments_of_any_shape() {
 
 #[test]
 fn results_of_any_shape() {
-    let read = |text: &String| drop(HandIn::read(text));
+    let read = |text: &str| drop(HandIn::read(text));
     let scripts = |n| {
         let script = "{\"name\":\"a\",\"sha256\":\"\",\"text\":\"\"},".repeat(n);
         format!("{{\"scripts\":[{}]}}", script.trim_end_matches(','))
@@ -75,7 +75,7 @@ fn results_of_any_shape() {
 
 #[test]
 fn traces_of_any_shape() {
-    let read = |text: &String| text.lines().for_each(|line| drop(trace::parse_line(line)));
+    let read = |text: &str| text.lines().for_each(|line| drop(trace::parse_line(line)));
     LIMITS.check("lines", 5000, |n| "1.0 INFO x\n".repeat(n), read);
     LIMITS.check("a long line", 100_000, |n| "x".repeat(n), read);
     LIMITS.check("escapes", 20_000, |n| "\u{1b}[1m".repeat(n), read);

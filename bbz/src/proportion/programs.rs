@@ -20,10 +20,10 @@ const SCRIPTS: Limits = Limits { per_byte: 256, constant: CONSTANT };
 /// 1130 bytes.
 const OBJECTS: Limits = Limits { per_byte: 1200, constant: 2 * CONSTANT };
 
-fn build(text: &String) {
+fn build(text: &str) {
     let files = MemoryFiles::default();
     let loader = IncludeLoader::new(&files);
-    let compiled = compile(Path::new("s.bzz"), text.clone(), &loader, &Options::default());
+    let compiled = compile(Path::new("s.bzz"), text.to_owned(), &loader, &Options::default());
     let renderer = Renderer::new(&compiled.sources);
     for one in &compiled.diagnostics {
         renderer.text(one, ColorChoice::Never);
@@ -63,7 +63,7 @@ fn scripts_of_any_shape() {
 
 #[test]
 fn images_of_any_shape() {
-    let read = |bytes: &Vec<u8>| drop(disassemble(bytes, None));
+    let read = |bytes: &[u8]| drop(disassemble(bytes, None));
     LIMITS.check("zeros", 10_000, |n| vec![0; n], read);
     LIMITS.check("ones", 10_000, |n| vec![0xff; n], read);
     let files = MemoryFiles::default();
@@ -83,7 +83,7 @@ fn symbols_of_any_shape() {
     let loader = IncludeLoader::new(&files);
     let compiled = compile(Path::new("s.bzz"), text, &loader, &Options::default());
     let symbols = compiled.symbols.unwrap();
-    let read = |text: &String| drop(Symbols::from_json(text).map(|symbols| symbols.to_json()));
+    let read = |text: &str| drop(Symbols::from_json(text).map(|symbols| symbols.to_json()));
     let with = |change: &dyn Fn(&mut Symbols)| {
         let mut symbols = symbols.clone();
         change(&mut symbols);
@@ -100,7 +100,7 @@ fn symbols_of_any_shape() {
 #[test]
 fn object_files_of_any_shape() {
     const MORSE: &[u8] = include_bytes!("../../../tests/fuzz-bodies/seeds/morse.bo");
-    let read = |bytes: &Vec<u8>| {
+    let read = |bytes: &[u8]| {
         let _ = bo::import(Path::new("s.bo"), bytes, None, &Options::default());
         let _ = bo::disassemble(bytes);
     };
@@ -119,7 +119,7 @@ fn object_files_of_any_shape() {
 
 #[test]
 fn programs_of_any_shape() {
-    let read = |bytes: &Vec<u8>| drop(program::read(bytes));
+    let read = |bytes: &[u8]| drop(program::read(bytes));
     let line = |n| b":0100000000FF\n".repeat(n);
     LIMITS.check("lines at one place", 2000, line, read);
     let lines = |n: usize| {

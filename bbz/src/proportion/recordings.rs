@@ -38,7 +38,7 @@ fn recording(robots: u64, movables: u64, samples: u64, changes: &[u8]) -> Vec<u8
 }
 
 /// Reads a recording, and plays it forward and back.
-fn play(bytes: &Vec<u8>) {
+fn play(bytes: &[u8]) {
     let Ok(mut replay) = Replay::new(bytes) else { return };
     replay.take_events();
     for request in [
@@ -66,7 +66,7 @@ fn recordings_of_any_shape() {
 /// 200,000 robots and 257 samples took 1.2 GB.
 #[test]
 fn recordings_with_too_many_robots() {
-    let read = |bytes: &Vec<u8>| {
+    let read = |bytes: &[u8]| {
         let error = RecordingReader::new(bytes).err();
         let text = error.map(|error| error.to_string()).unwrap_or_default();
         assert!(text.contains("robots") || bytes.len() < 65_536, "{text}");

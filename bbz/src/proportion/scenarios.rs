@@ -24,7 +24,7 @@ fn files() -> MemoryFiles {
 }
 
 /// Parses a text, and formats the messages about it.
-fn parse(text: &String) -> Option<Scenario> {
+fn parse(text: &str) -> Option<Scenario> {
     let models = bittybuzz_robot_models::all();
     match Scenario::parse_in(&files(), text, Path::new("s.toml"), &[], &models) {
         Ok(scenario) => Some(scenario),
@@ -35,7 +35,7 @@ fn parse(text: &String) -> Option<Scenario> {
     }
 }
 
-fn read(text: &String) {
+fn read(text: &str) {
     drop(parse(text));
 }
 
@@ -105,7 +105,7 @@ fn scenarios_of_any_text() {
 #[test]
 fn runs_of_many_groups() {
     let limits = Limits { per_byte: 200, constant: 8 * CONSTANT };
-    let run = |text: &String| {
+    let run = |text: &str| {
         let scenario = Arc::new(parse(text).unwrap());
         let empty = Program::empty(&scenario.groups[0]);
         let programs = vec![empty; scenario.groups.len()];
@@ -120,7 +120,7 @@ fn runs_of_many_groups() {
 #[test]
 fn robot_files_of_any_shape() {
     const ROVER: &str = include_str!("../../../spec/robot/src/tests/rover.toml");
-    let read = |text: &String| {
+    let read = |text: &str| {
         if let Err(errors) = Robot::parse(text, "r.toml") {
             assert!(!errors.to_string().is_empty());
         }

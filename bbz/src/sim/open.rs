@@ -70,8 +70,7 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
     let mut programs = Vec::new();
     // Groups with one script and one robot, of which there may be thousands, share a program, and
     // its mistakes are printed once.
-    let mut known: HashMap<(Option<&Path>, &str), Vec<(&Robot, Option<SharedProgram>)>> =
-        HashMap::new();
+    let mut known: HashMap<(Option<&Path>, &str), Vec<OpenedFor<'_>>> = HashMap::new();
     for (group, script) in scenario.programs() {
         let robot = &*group.robot;
         let alike = known.entry((script, robot.name.as_str())).or_default();
@@ -119,6 +118,9 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
 
 /// A program of this tool, and the same program for the simulator.
 type SharedProgram = (Arc<LoadedProgram>, run::Program);
+
+/// The program of one script for a robot; `None` if the script has mistakes.
+type OpenedFor<'a> = (&'a Robot, Option<SharedProgram>);
 
 fn shared(program: LoadedProgram) -> SharedProgram {
     let LoadedProgram { image, symbols, sources, .. } = &program;
