@@ -177,3 +177,14 @@ fn hexagonal_rows() {
     // The sixth would be the ninth robot.
     assert_eq!(points.iter().filter(|other| (from(other) - 40.0).abs() < 1e-9).count(), 5);
 }
+
+/// More robots than numbers of 32 bits are as many mistakes as groups, and no defect.
+#[test]
+fn groups_with_more_robots_than_there_are_numbers_are_mistakes() {
+    let group = "[[robots]]\nrobot = \"zooids\"\nscript = \"s.bzz\"\ncount = 65536\n";
+    let text = format!("[world]\nsize = [100, 100]\nduration = 1\n{}", group.repeat(66_000));
+    let files = MemoryFiles::default().with("s.toml", text).with("s.bzz", "");
+    let models = bittybuzz_robot_models::all();
+    let errors = Scenario::open_in(&files, "s.toml".as_ref(), &[], &models).err().unwrap();
+    assert!(errors.len() >= 65_999, "{}", errors.len());
+}

@@ -132,6 +132,12 @@ pub struct Standing {
 }
 
 impl Group {
+    /// Returns the number after that of its last robot. Damaged scenarios have more robots than
+    /// there are numbers.
+    pub(crate) fn end(&self) -> u32 {
+        self.first_robot.saturating_add(self.count)
+    }
+
     /// Returns the radius of a robot's body in mm.
     pub fn radius_mm(&self) -> f64 {
         f64::from(self.model.shape().radius_mm)

@@ -55,7 +55,7 @@ pub fn groups_of(groups: &[Group], robots: &Selection) -> Vec<GroupId> {
 pub fn each_group_of(groups: &[Group], robots: &Selection) -> impl Iterator<Item = GroupId> {
     let mut next = 0;
     robots.ranges().flat_map(move |range| {
-        let first = groups.partition_point(|group| group.first_robot + group.count <= range.start);
+        let first = groups.partition_point(|group| group.end() <= range.start);
         let end = groups.partition_point(|group| group.first_robot < range.end);
         // A group may contain the end of one range and the beginning of the next.
         let first = first.max(next);

@@ -176,7 +176,7 @@ impl Scenario {
 
     /// Returns the number of robots, absent ones included.
     pub fn robot_count(&self) -> usize {
-        self.groups.last().map_or(0, |last| (last.first_robot + last.count) as usize)
+        self.groups.last().map_or(0, |last| last.end() as usize)
     }
 }
 

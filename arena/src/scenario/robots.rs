@@ -40,7 +40,7 @@ pub(super) fn number(groups: &mut [Group]) {
     let mut first = 0u32;
     for group in groups {
         group.first_robot = first;
-        first = first.saturating_add(group.count);
+        first = group.end();
     }
 }
 
@@ -189,7 +189,8 @@ fn group(
     });
     let name = name(section, robot.as_deref(), robot_index);
     let first_id = section.integer("first_id", 0..=0xffff).unwrap_or(robot_index.next_id());
-    let ids = first_id..first_id + count;
+    // Many groups of many robots have more ids than there are numbers.
+    let ids = first_id..first_id.saturating_add(count);
     let pointed = |cause| match section.get("first_id") {
         Some(entry) => entry.fail(cause),
         None => section.fail(cause),

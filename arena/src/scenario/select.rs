@@ -112,7 +112,7 @@ fn provide(limits: Option<EmulatorLimits>, quantity: &Quantity) -> bool {
 
 impl Known {
     fn ids(&self) -> Range<u32> {
-        self.first_id..self.first_id + self.robots.len() as u32
+        self.first_id..self.first_id.saturating_add(self.robots.len() as u32)
     }
 
     /// Returns the numbers of the group's robots with these ids.
@@ -190,7 +190,7 @@ impl RobotIndex {
         self.is_unsure |= !is_right;
         let robots = self.count..self.count.saturating_add(count);
         self.count = robots.end;
-        let ids = first_id..first_id + count;
+        let ids = first_id..first_id.saturating_add(count);
         match self.taken(&ids) {
             Some(_) => self.is_unsure = true,
             None => drop(self.ids.insert(ids.start, (ids.end, self.groups.len()))),
@@ -199,7 +199,7 @@ impl RobotIndex {
             Some((_, of_kind)) => of_kind.push(robots.clone()),
             None => self.by_limits.push((limits, vec![robots.clone()])),
         }
-        self.next_id = self.next_id.max(first_id + count);
+        self.next_id = self.next_id.max(ids.end);
         self.by_name.entry(name.clone()).or_insert(self.groups.len());
         self.groups.push(Known { name, first_id, robots, line: place.line });
     }

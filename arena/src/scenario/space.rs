@@ -133,7 +133,7 @@ pub fn check_starts(
             }
         }
     };
-    let count = groups.last().map_or(0, |last| last.first_robot + last.count);
+    let count = groups.last().map_or(0, Group::end);
     check(&Selection::all(count), true);
     for event in events {
         if let WorldChange::Join(robots) = &event.action {
