@@ -25,6 +25,12 @@ pub enum FileError {
     Unreadable { path: PathBuf, error: ReadError },
     #[error("cannot write `{path}`: {error}")]
     Unwritable { path: PathBuf, error: io::Error },
+    /// A pipe without a reader, on which a command would wait without end.
+    #[error("cannot write `{0}`: `{0}` is a pipe that no program reads")]
+    Unread(PathBuf),
+    /// A socket or disk.
+    #[error("cannot write `{path}`: `{path}` is {kind}, not a file")]
+    Special { path: PathBuf, kind: &'static str },
     /// The output file is also read by the same command.
     #[error("`{0}` is read by this command, and would be replaced")]
     ReadAndWritten(PathBuf),
@@ -60,6 +66,10 @@ impl Problem for FileError {
             }
             FileError::Folder(_) => Some("name a file in it".to_owned()),
             FileError::ReadAndWritten(_) => Some("name another file".to_owned()),
+            FileError::Unread(_) => Some("start its reader first, or name a file".to_owned()),
+            FileError::Special { .. } => {
+                Some("name a file, or a pipe that a program reads".to_owned())
+            }
             FileError::Forbidden(_)
             | FileError::Unreadable { .. }
             | FileError::Unwritable { .. } => None,

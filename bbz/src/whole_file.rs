@@ -62,7 +62,7 @@ impl WholeFile {
         // has no other path.
         let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let (file, aside) = match is_stream(path) {
-            true => (File::options().write(true).open(path).map_err(unwritable)?, None),
+            true => (open_stream(path)?, None),
             false => {
                 let (file, aside) = create_aside(&place).map_err(unwritable)?.into_parts();
                 (file, Some((aside, place)))
@@ -115,6 +115,43 @@ fn create_aside(place: &Path) -> io::Result<NamedTempFile> {
 /// Returns true for a device or pipe, which is written directly and keeps nothing.
 pub fn is_stream(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|metadata| !metadata.is_file()) || file::is_given_stream(path)
+}
+
+/// Opens a device, or a pipe that has a reader.
+#[cfg(unix)]
+fn open_stream(path: &Path) -> Result<File, FileError> {
+    use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+
+    use nix::errno::Errno;
+    use nix::fcntl::{FcntlArg, OFlag, fcntl};
+
+    let unwritable = |error| FileError::writing(path, error);
+    let kind = fs::metadata(path).map_err(unwritable)?.file_type();
+    if kind.is_socket() || kind.is_block_device() {
+        return Err(FileError::Special { path: path.to_owned(), kind: file::name_of(kind) });
+    }
+    let mut options = File::options();
+    options.write(true);
+    if !kind.is_fifo() {
+        return options.open(path).map_err(unwritable);
+    }
+    // fifo(7): without this flag, the call waits for a reader; with it, ENXIO says that there is
+    // none.
+    options.custom_flags(OFlag::O_NONBLOCK.bits());
+    let pipe = options.open(path).map_err(|error| match error.raw_os_error() {
+        Some(number) if number == Errno::ENXIO as i32 => FileError::Unread(path.to_owned()),
+        _ => unwritable(error),
+    })?;
+    // From here on a full pipe waits for its reader. F_SETFL changes no other flag that `open` sets.
+    fcntl(&pipe, FcntlArg::F_SETFL(OFlag::empty()))
+        .map_err(|errno| unwritable(io::Error::from(errno)))?;
+    Ok(pipe)
+}
+
+/// Opens a device or pipe.
+#[cfg(not(unix))]
+fn open_stream(path: &Path) -> Result<File, FileError> {
+    File::options().write(true).open(path).map_err(|error| FileError::writing(path, error))
 }
 
 /// Writes a file whole or not at all.

@@ -164,3 +164,120 @@ fn outputs_can_be_streams() {
         }
     }
 }
+
+/// Outputs with the name that each of them gets.
+#[cfg(unix)]
+const WRITERS: &[&[&str]] = &[
+    &["sim", "s.toml", "--headless", "--record", "out"],
+    &["sim", "s.toml", "--headless", "--csv", "out"],
+    &["stubs", "unknown.bzz", "-o", "out"],
+];
+
+/// A pipe that nobody reads would be opened without end.
+#[cfg(unix)]
+#[test]
+fn an_output_that_nobody_reads_is_refused() {
+    let folder = folder("unread_outputs");
+    folder.write("unknown.bzz", "log(battery())\n");
+    assert!(Command::new("mkfifo").arg(folder.path("out")).status().unwrap().success());
+    for arguments in WRITERS {
+        folder.bbz(arguments).fails_with(
+            3,
+            &["`out` is a pipe that no program reads", "start its reader first, or name a file"],
+        );
+    }
+    std::fs::create_dir(folder.path("pictures")).unwrap();
+    let picture = folder.path("pictures/trajectories.svg");
+    assert!(Command::new("mkfifo").arg(picture).status().unwrap().success());
+    let arguments = ["sim", "s.toml", "--headless", "--svg", "pictures"];
+    folder.bbz(&arguments).fails_with(3, &["trajectories.svg` is a pipe that no program reads"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn other_special_files_are_no_outputs() {
+    let folder = folder("special_outputs");
+    folder.write("unknown.bzz", "log(battery())\n");
+    let _socket = std::os::unix::net::UnixListener::bind(folder.path("out")).unwrap();
+    for arguments in WRITERS {
+        folder.bbz(arguments).fails_with(3, &["`out` is a socket, not a file", "name a file"]);
+    }
+    std::fs::remove_file(folder.path("out")).unwrap();
+    std::fs::create_dir(folder.path("out")).unwrap();
+    for arguments in WRITERS {
+        folder.bbz(arguments).fails_with(3, &["`out`", "is a directory"]);
+    }
+}
+
+/// A pipe gets all bytes, also more than it holds at a time: the reader waits before it reads.
+#[cfg(unix)]
+#[test]
+fn a_pipe_with_a_reader_is_written() {
+    let folder = folder("read_outputs");
+    folder.write("s.toml", SCENARIO.replace("duration = 2", "duration = 600") + "count = 60\n");
+    folder.write("s.bzz", "function step() { led(1)  forward() }\n");
+    folder.bbz(&["sim", "s.toml", "--headless", "--record", "file.bbr"]);
+    let expected = folder.read("file.bbr");
+    assert!(expected.len() > 1 << 17, "{} bytes, and a pipe holds 64 KiB", expected.len());
+    assert!(Command::new("mkfifo").arg(folder.path("out")).status().unwrap().success());
+    // Opening waits for the other end.
+    let mut reader = Command::new("sh");
+    reader.args(["-c", "exec <out; sleep 1; cat >got"]).current_dir(folder.path(""));
+    let mut reader = reader.spawn().unwrap();
+    let line = || folder.bbz(&["sim", "s.toml", "--headless", "--record", "out"]);
+    let mut outcome = line();
+    // The reader may be slow to start.
+    while outcome.stderr.contains("no program reads") {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+        outcome = line();
+    }
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    assert!(reader.wait().unwrap().success());
+    assert_eq!(folder.read("got").len(), expected.len());
+    assert!(folder.read("got") == expected);
+}
+
+/// Process substitution, a named file descriptor and a device that discards.
+#[cfg(unix)]
+#[test]
+fn given_streams_are_written() {
+    let folder = folder("given_outputs");
+    let bbz = env!("CARGO_BIN_EXE_bbz");
+    let lines = [
+        format!("{bbz} sim s.toml --headless --csv >(cat >got); wait $!"),
+        format!("{bbz} sim s.toml --headless --csv /dev/stderr 2>got"),
+        format!("{bbz} sim s.toml --headless --csv /dev/stderr 2>&1 >/dev/null | cat >got"),
+        format!("{bbz} sim s.toml --headless --csv /dev/fd/3 3>got >/dev/null"),
+    ];
+    for line in lines {
+        let mut shell = Command::new("bash");
+        let outcome = shell.args(["-c", &line]).current_dir(folder.path("")).output().unwrap();
+        let messages = String::from_utf8(outcome.stderr).unwrap();
+        assert!(outcome.status.success(), "{line}: {messages}");
+        let got = String::from_utf8(folder.read("got")).unwrap();
+        assert!(got.starts_with("seed,"), "{line}: {got:?} {messages}");
+        std::fs::remove_file(folder.path("got")).unwrap();
+    }
+    let outcome = folder.bbz(&["sim", "s.toml", "--headless", "--record", "/dev/null"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+}
+
+/// The log of the kernel waits for its next line, and cannot be told from a file by its kind.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_input_never_waits() {
+    let log = Path::new("/proc/kmsg");
+    if File::open(log).is_err() {
+        return; // Only root may read it.
+    }
+    let folder = folder("waiting_inputs");
+    for extension in ["bzz", "bo", "bbi", "toml", "sym", "elf"] {
+        let link = folder.path(&format!("x.{extension}"));
+        std::os::unix::fs::symlink(log, &link).unwrap();
+    }
+    for arguments in READERS {
+        let outcome = folder.bbz(arguments);
+        outcome.reports(&["x.", "it waits for data, as a pipe does"]);
+        assert!(matches!(outcome.status, Some(2 | 3)), "{outcome:?}");
+    }
+}

@@ -1,7 +1,7 @@
 //! Access to files on disk, or in memory for tests, editors and web pages.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -41,8 +41,18 @@ pub struct DiskFiles;
 
 impl Files for DiskFiles {
     fn read(&self, path: &Path, most: usize) -> io::Result<Vec<u8>> {
+        let mut options = File::options();
+        options.read(true);
+        if fs::metadata(path)?.is_file() {
+            without_waiting(&mut options);
+        }
         let mut bytes = Vec::new();
-        File::open(path)?.take(most as u64 + 1).read_to_end(&mut bytes)?;
+        options.open(path)?.take(most as u64 + 1).read_to_end(&mut bytes).map_err(|error| {
+            match error.kind() {
+                io::ErrorKind::WouldBlock => io::Error::new(error.kind(), WAITS),
+                _ => error,
+            }
+        })?;
         Ok(bytes)
     }
 
@@ -65,6 +75,23 @@ impl Files for DiskFiles {
         entries.flatten().filter_map(|entry| entry.file_name().into_string().ok()).collect()
     }
 }
+
+/// The error of a file such as `/proc/kmsg`, whose kind is that of a regular file.
+const WAITS: &str = "it waits for data, as a pipe does, and is not a file";
+
+/// Lets reads fail that would wait. `bittybuzz_toml_reader::file` has the same function; the compiler
+/// does without that crate.
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+fn without_waiting(options: &mut OpenOptions) {
+    use std::os::unix::fs::OpenOptionsExt;
+
+    // include/uapi/asm-generic/fcntl.h of Linux; the other architectures have other numbers.
+    const O_NONBLOCK: i32 = 0o4000;
+    options.custom_flags(O_NONBLOCK);
+}
+
+#[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+fn without_waiting(_: &mut OpenOptions) {}
 
 /// Files held in memory. A file without content exists but cannot be read.
 #[derive(Debug, Clone, Default)]

@@ -1,7 +1,7 @@
 //! Reads files of limited size: every file that people or programs give to a command.
 
 use std::fmt;
-use std::fs::{self, File, FileType};
+use std::fs::{self, File, FileType, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
@@ -35,6 +35,8 @@ pub enum ReadError {
     /// The path is neither a file nor a folder: a pipe, device or socket, on which a program may
     /// wait for ever.
     NotAFile(&'static str),
+    /// The path is a file of the system without an end, such as the log of the kernel.
+    Waits,
     /// The file has more bytes than the limit.
     TooLarge {
         /// The limit in bytes.
@@ -50,6 +52,7 @@ impl fmt::Display for ReadError {
             ReadError::Io(error) => error.fmt(f),
             ReadError::Folder => write!(f, "it is a folder, not a file"),
             ReadError::NotAFile(kind) => write!(f, "it is {kind}, not a file"),
+            ReadError::Waits => write!(f, "it waits for data, as a pipe does, and is not a file"),
             ReadError::TooLarge { limit } => {
                 write!(f, "it has more than {} MiB, the limit for such a file", limit >> 20)
             }
@@ -62,7 +65,10 @@ impl std::error::Error for ReadError {}
 
 impl From<io::Error> for ReadError {
     fn from(error: io::Error) -> Self {
-        ReadError::Io(error)
+        match error.kind() {
+            io::ErrorKind::WouldBlock => ReadError::Waits,
+            _ => ReadError::Io(error),
+        }
     }
 }
 
@@ -91,10 +97,29 @@ pub fn open(path: &Path) -> Result<File, ReadError> {
     if kind.is_dir() {
         return Err(ReadError::Folder);
     }
-    if !kind.is_file() && !is_given_stream(path) {
+    if is_given_stream(path) {
+        return Ok(File::open(path)?);
+    }
+    if !kind.is_file() {
         return Err(ReadError::NotAFile(name_of(kind)));
     }
-    Ok(File::open(path)?)
+    Ok(without_waiting(File::options().read(true)).open(path)?)
+}
+
+/// Lets reads fail that would wait. Regular files on disk never wait, but some of the system do,
+/// such as `/proc/kmsg`, whose kind is that of a regular file.
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
+    use std::os::unix::fs::OpenOptionsExt;
+
+    // include/uapi/asm-generic/fcntl.h of Linux; the other architectures have other numbers.
+    const O_NONBLOCK: i32 = 0o4000;
+    options.custom_flags(O_NONBLOCK)
+}
+
+#[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+fn without_waiting(options: &mut OpenOptions) -> &mut OpenOptions {
+    options
 }
 
 /// Returns true if the path leads, directly or over symbolic links, to a stream with which this
@@ -114,8 +139,9 @@ pub fn is_given_stream(path: &Path) -> bool {
     false
 }
 
+/// Returns the name of a special file, for messages.
 #[cfg(unix)]
-fn name_of(kind: FileType) -> &'static str {
+pub fn name_of(kind: FileType) -> &'static str {
     use std::os::unix::fs::FileTypeExt;
 
     match kind {
@@ -125,8 +151,9 @@ fn name_of(kind: FileType) -> &'static str {
     }
 }
 
+/// Returns the name of a special file, for messages.
 #[cfg(not(unix))]
-fn name_of(_: FileType) -> &'static str {
+pub fn name_of(_: FileType) -> &'static str {
     "a device"
 }
 
