@@ -52,6 +52,7 @@ mod shell;
 mod sim;
 mod stubs;
 mod trace;
+mod unfinished;
 #[cfg(feature = "view")]
 mod view;
 mod whole_file;

@@ -7,9 +7,10 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use bittybuzz_toml_reader::file;
-use tempfile::{Builder, NamedTempFile, TempPath};
+use tempfile::TempPath;
 
 use crate::file_error::FileError;
+use crate::unfinished;
 
 /// The files that a command reads.
 #[derive(Debug, Default)]
@@ -52,19 +53,26 @@ pub struct WholeFile {
 }
 
 impl WholeFile {
-    /// Creates the temporary file next to its destination.
+    /// Creates the temporary file next to its destination, and clears away or names those of
+    /// processes that were killed while they wrote it.
     pub fn create(path: &Path) -> Result<Self, FileError> {
+        if !path.is_dir() && !is_stream(path) {
+            unfinished::clear(path, &place(path));
+        }
+        WholeFile::create_in_own_folder(path)
+    }
+
+    /// Creates the temporary file in a folder whose owner clears it.
+    fn create_in_own_folder(path: &Path) -> Result<Self, FileError> {
         let unwritable = |error| FileError::writing(path, error);
         if path.is_dir() {
             return Err(unwritable(io::ErrorKind::IsADirectory.into()));
         }
-        // The target of a symbolic link is replaced, not the link. A file that does not exist yet
-        // has no other path.
-        let place = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let place = place(path);
         let (file, aside) = match is_stream(path) {
             true => (open_stream(path)?, None),
             false => {
-                let (file, aside) = create_aside(&place).map_err(unwritable)?.into_parts();
+                let (file, aside) = unfinished::create(&place).map_err(unwritable)?.into_parts();
                 (file, Some((aside, place)))
             }
         };
@@ -95,21 +103,10 @@ impl Write for WholeFile {
     }
 }
 
-/// Creates a file next to `place`, under its name with a random ending.
-fn create_aside(place: &Path) -> io::Result<NamedTempFile> {
-    let (Some(folder), Some(name)) = (place.parent(), place.file_name()) else {
-        return Err(io::ErrorKind::InvalidFilename.into());
-    };
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let mut prefix = name.to_owned();
-    prefix.push(".");
-    let mut builder = Builder::new();
-    builder.prefix(&prefix);
-    // The umask of the user decides who may read a result, as with any new file. Temporary files
-    // are otherwise readable by their owner alone.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
+/// Returns the path of the file that is replaced: the target of a symbolic link, not the link. A
+/// file that does not exist yet has no other path.
+fn place(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// Returns true for a device or pipe, which is written directly and keeps nothing.
@@ -156,7 +153,16 @@ fn open_stream(path: &Path) -> Result<File, FileError> {
 
 /// Writes a file whole or not at all.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let mut file = WholeFile::create(path)?;
+    write_all(WholeFile::create(path)?, path, bytes)
+}
+
+/// Writes a file whole or not at all, in a folder whose owner clears away what killed processes
+/// leave. A journal does so once, not at each of its thousands of files.
+pub fn write_in_own_folder(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    write_all(WholeFile::create_in_own_folder(path)?, path, bytes)
+}
+
+fn write_all(mut file: WholeFile, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     file.write_all(bytes).map_err(|error| FileError::writing(path, error))?;
     file.finish()
 }
@@ -173,27 +179,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_of_a_killed_process_stays() {
-        let folder = tempfile::tempdir().unwrap();
-        let place = folder.path().join("run.bbr");
-        let mut killed = WholeFile::create(&place).unwrap();
-        killed.write_all(b"killed").unwrap();
-        let (aside, _) = killed.aside.as_mut().unwrap();
-        aside.disable_cleanup(true);
-        drop(killed);
-        write(&place, b"new").unwrap();
-        assert_eq!(fs::read(&place).unwrap(), b"new");
-        assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
-    }
-
-    #[test]
     fn an_unfinished_file_is_removed() {
         let folder = tempfile::tempdir().unwrap();
         let place = folder.path().join("run.bbr");
         let unfinished = WholeFile::create(&place).unwrap();
         let names = || fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name());
         let names: Vec<String> = names().map(|name| name.into_string().unwrap()).collect();
-        assert!(matches!(&names[..], [name] if name.starts_with("run.bbr.")), "{names:?}");
+        assert!(
+            matches!(&names[..], [name] if name.starts_with("run.bbr.unfinished-bbz-")),
+            "{names:?}"
+        );
         drop(unfinished);
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 0);
     }

@@ -275,7 +275,8 @@ fn an_input_never_waits() {
         let link = folder.path(&format!("x.{extension}"));
         std::os::unix::fs::symlink(log, &link).unwrap();
     }
-    for arguments in READERS {
+    // probe-rs reads the firmware that is traced.
+    for arguments in READERS.iter().filter(|arguments| arguments[..2] != ["trace", "x.elf"]) {
         let outcome = folder.bbz(arguments);
         outcome.reports(&["x.", "it waits for data, as a pipe does"]);
         assert!(matches!(outcome.status, Some(2 | 3)), "{outcome:?}");

@@ -29,3 +29,4 @@ mod stubs;
 mod support;
 mod trace;
 mod trace_view;
+mod unfinished;

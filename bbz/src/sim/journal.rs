@@ -143,7 +143,10 @@ impl Journal {
             }
         }
         if numbers.is_empty() {
-            whole_file::write(&journal.folder.join(KEY), format!("{key:#}\n").as_bytes())?;
+            whole_file::write_in_own_folder(
+                &journal.folder.join(KEY),
+                format!("{key:#}\n").as_bytes(),
+            )?;
             return Ok((journal, Finished::new()));
         }
         if !resume {
@@ -178,7 +181,7 @@ impl Journal {
             }
             text.push('\n');
         }
-        whole_file::write(&self.part(number), text.as_bytes())
+        whole_file::write_in_own_folder(&self.part(number), text.as_bytes())
     }
 
     /// Removes the folder, after the table was written.
