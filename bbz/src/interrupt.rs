@@ -21,6 +21,18 @@ pub const KILLED: i32 = 130;
 /// The causes of an interrupt, for messages.
 pub const NAME: &str = "Ctrl-C or SIGTERM";
 
+/// Lets a write beyond the limit of file sizes (`ulimit -f`) fail with an error, which names the
+/// file. The signal would otherwise end the process without a sentence, and leave temporary files.
+#[cfg(unix)]
+pub fn outlive_file_limit() {
+    // Without the handler, the process ends as all others do.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+}
+
+/// Other systems have no such limit.
+#[cfg(not(unix))]
+pub fn outlive_file_limit() {}
+
 /// Reports interrupts: Ctrl-C, or a request that the process ends.
 pub struct Interrupt {
     flag: Arc<AtomicBool>,

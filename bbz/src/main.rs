@@ -131,6 +131,7 @@ enum Command {
 
 fn main() -> ExitCode {
     Defect::print_uncaught_by(report::defect);
+    interrupt::outlive_file_limit();
     let command_line = match CommandLine::try_parse() {
         Ok(command_line) => command_line,
         Err(message) => {

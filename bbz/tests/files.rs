@@ -282,3 +282,18 @@ fn an_input_never_waits() {
         assert!(matches!(outcome.status, Some(2 | 3)), "{outcome:?}");
     }
 }
+
+/// Beyond the limit of file sizes, a signal would end the process without a sentence.
+#[cfg(unix)]
+#[test]
+fn a_limit_of_file_sizes_is_an_error() {
+    let folder = folder("file_limit");
+    let line =
+        format!("ulimit -f 0; {} sim s.toml --headless --record out", env!("CARGO_BIN_EXE_bbz"));
+    let mut shell = Command::new("sh");
+    let outcome = shell.args(["-c", &line]).current_dir(folder.path("")).output().unwrap();
+    let messages = String::from_utf8(outcome.stderr).unwrap();
+    assert_eq!(outcome.status.code(), Some(3), "{messages}");
+    assert!(messages.contains("cannot write `out`: File too large"), "{messages}");
+    assert!(!folder.names().iter().any(|name| name.starts_with("out")), "{:?}", folder.names());
+}
