@@ -2,28 +2,10 @@
 
 use std::fs;
 
+use bittybuzz_bad_inputs::controls::{escaped, found_in, hostile};
 use bittybuzz_live::{HandIn, TextFile};
 
 use crate::support::Folder;
-
-/// C0 without those that end a line, DEL, C1, and the controls of direction (Unicode Standard Annex 9).
-fn controls() -> String {
-    let c0 = (1..0x20).filter(|code| !matches!(code, 9 | 10 | 13));
-    let c1 = 0x7f..0xa0;
-    let direction =
-        [0x61c, 0x200e, 0x200f].into_iter().chain(0x202a..=0x202e).chain(0x2066..=0x2069);
-    c0.chain(c1).chain(direction).filter_map(char::from_u32).collect()
-}
-
-/// Sequences that clear the terminal and set its title, then all controls.
-fn hostile() -> String {
-    format!("\u{1b}[2J\u{1b}]0;owned\u{7}\u{9b}31m{}", controls())
-}
-
-/// The text in a string of Buzz or TOML, which cannot hold all controls as they are.
-fn in_toml(text: &str) -> String {
-    text.chars().map(|c| format!("\\u{:04x}", u32::from(c))).collect()
-}
 
 fn assert_harmless(place: &str, text: &str) {
     // Colors are those of this program.
@@ -34,7 +16,7 @@ fn assert_harmless(place: &str, text: &str) {
         assert_eq!(&rest[end..=end], "m", "{place}: {text:?}");
         rest.replace_range(start..=end, "");
     }
-    let found = rest.chars().find(|c| controls().contains(*c));
+    let found = found_in(&rest);
     assert!(found.is_none(), "{place}: {found:?} in {text:?}");
 }
 
@@ -48,7 +30,7 @@ fn no_command_prints_controls_of_others() {
         "x = 0\nlog(\"{evil}\")\nfunction step() {{ log(\"{evil}\") assert(0, \"{evil}\") }}\n"
     );
     let wrong = format!("x = \"{evil}\" = {evil}\ninclude \"{evil}\"\nunknown(\"{evil}\")\n");
-    let text = in_toml(&evil);
+    let text = escaped(&evil);
     let expecting = format!(
         "{ROBOTS}[[expect]]\nat = 1\nvalue = \"global.x\"\nequals = \"{text}\"\n[assignment]\ntitle = \"{text}\"\ntext = \"{text}\"\n"
     );
@@ -80,7 +62,7 @@ fn no_command_prints_controls_of_others() {
     let broken = HandIn { scripts: vec![text_file(&wrong)], ..hand_in.clone() };
     folder.write(&format!("class/{named}.json"), hand_in.text());
     folder.write("class/broken.json", broken.text());
-    folder.write("class/none.json", format!("{{\"{}\": 1}}", in_toml(&evil)));
+    folder.write("class/none.json", format!("{{\"{}\": 1}}", escaped(&evil)));
 
     let robot = ["--robot", "kilobot"];
     let (s, evil) = (script.as_str(), evil.as_str());

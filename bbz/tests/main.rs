@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
+mod bad_inputs;
 mod batch;
 mod book;
 mod build;

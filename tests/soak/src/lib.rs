@@ -1,6 +1,7 @@
 //! Evidence that takes too long for every change. The results are kept under `target/soak`, so that a
 //! stopped run continues; a result is valid until the sources change to which it applies.
 
+mod bad_inputs;
 mod convergence;
 mod corpus;
 mod day;
@@ -69,6 +70,12 @@ enum Verdict {
 }
 
 const PARTS: &[Part] = &[
+    Part {
+        name: "bad_inputs",
+        items: bad_inputs::items,
+        run: bad_inputs::run,
+        made_of: bad_inputs::MADE_OF,
+    },
     Part { name: "claims", items: evidence::items, run: evidence::run, made_of: ALL },
     Part {
         name: "convergence",
