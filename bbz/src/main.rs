@@ -59,6 +59,7 @@ mod whole_file;
 mod world;
 
 use std::process::ExitCode;
+use std::thread;
 
 use bittybuzz_live::Defect;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -129,9 +130,23 @@ enum Command {
     Manual(manual::ManualArguments),
 }
 
+/// The stack of the thread that does everything, in bytes: that of the first thread on Linux. There,
+/// `ulimit -s` may make it smaller, and on Windows it has 1 MiB, but a script's memory is as large.
+const STACK: usize = 8 << 20;
+
 fn main() -> ExitCode {
     Defect::print_uncaught_by(report::defect);
     interrupt::outlive_file_limit();
+    match thread::Builder::new().stack_size(STACK).spawn(run_command_line) {
+        // The hook has printed the defect that ended the thread.
+        Ok(worker) => worker.join().unwrap_or(ExitStatus::Defect.into()),
+        // There is no room for another stack.
+        Err(_) => run_command_line(),
+    }
+}
+
+/// Parses the command line and carries it out.
+fn run_command_line() -> ExitCode {
     let command_line = match CommandLine::try_parse() {
         Ok(command_line) => command_line,
         Err(message) => {

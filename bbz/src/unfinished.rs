@@ -84,7 +84,7 @@ fn left(place: &Path) -> Vec<PathBuf> {
 
 /// Opens and locks a file; `None` if it has a writer, or if that is unknown.
 fn lock(path: &Path) -> Option<File> {
-    // Somebody else may have put a pipe or a link there, on which opening would wait.
+    // Another user may have put a pipe or a link there, on which opening would wait.
     fs::symlink_metadata(path).ok()?.is_file().then_some(())?;
     let file = File::open(path).ok()?;
     file.try_lock().ok()?;

@@ -173,10 +173,10 @@ const WRITERS: &[&[&str]] = &[
     &["stubs", "unknown.bzz", "-o", "out"],
 ];
 
-/// A pipe that nobody reads would be opened without end.
+/// Opening a pipe without a reader would wait without end.
 #[cfg(unix)]
 #[test]
-fn an_output_that_nobody_reads_is_refused() {
+fn an_output_without_a_reader_is_refused() {
     let folder = folder("unread_outputs");
     folder.write("unknown.bzz", "log(battery())\n");
     assert!(Command::new("mkfifo").arg(folder.path("out")).status().unwrap().success());
@@ -296,4 +296,16 @@ fn a_limit_of_file_sizes_is_an_error() {
     assert_eq!(outcome.status.code(), Some(3), "{messages}");
     assert!(messages.contains("cannot write `out`: File too large"), "{messages}");
     assert!(!folder.names().iter().any(|name| name.starts_with("out")), "{:?}", folder.names());
+}
+
+/// The stack of the first thread has a limit of its own, which a script's memory may exceed.
+#[cfg(unix)]
+#[test]
+fn a_small_stack_is_enough() {
+    let folder = folder("small_stack");
+    let line = format!("ulimit -s 256; {} run s.bzz --steps 3", env!("CARGO_BIN_EXE_bbz"));
+    let mut shell = Command::new("sh");
+    let outcome = shell.args(["-c", &line]).current_dir(folder.path("")).output().unwrap();
+    let messages = String::from_utf8(outcome.stderr).unwrap();
+    assert_eq!(outcome.status.code(), Some(0), "{messages}");
 }

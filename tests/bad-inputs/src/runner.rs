@@ -239,7 +239,7 @@ fn read_aside(
                 bytes.extend_from_slice(&buffer[..count]);
             }
             if let Some(first) = &first {
-                // Nobody listens for a command that shows no page.
+                // The receiver is gone if the command shows no page.
                 let _ = first.send(());
             }
         }

@@ -377,7 +377,7 @@ fn huge(_: &Bases, random: &mut Random, seed: u64) -> Case {
         0 => many("[[expect]]\nat = 0.1\nvalue = \"global.i\"\nequals = 3\n"),
         1 => many("[[event]]\nat = 0.1\nstop = [0]\n"),
         2 => format!("[output.plot]\nx = [{}]\n", many("[1, 2], ")),
-        3 => many(&group[..]),
+        3 => many(group),
         4 => many("unknown = 1\n"),
         _ => format!("# {}\n", many("a long comment ")),
     };

@@ -190,7 +190,10 @@ fn encoding(_: &Bases, random: &mut Random, seed: u64) -> Case {
         6 => [b"x = \"\xed\xa0\x80\"\n", SCRIPT.as_bytes()].concat(),
         7 => b"x = \"\xc0\x80\xf8\x88\x80\x80\x80\"\n".into(),
         8 => format!("\u{feff}\u{feff}{SCRIPT}\u{2028}\u{2029}\u{85}").into(),
-        _ => SCRIPT.bytes().map(|byte| byte | (random.below(40) == 0) as u8 * 0x80).collect(),
+        _ => SCRIPT
+            .bytes()
+            .map(|byte| if random.below(40) == 0 { byte | 0x80 } else { byte })
+            .collect(),
     };
     call(random, script)
 }
