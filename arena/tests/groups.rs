@@ -1,6 +1,7 @@
 //! Groups of one kind that differ: in how they move, and in what becomes of their frames.
 
-use bittybuzz_arena::scenario::Group;
+use bittybuzz_arena::scenario::{Group, Scenario};
+use bittybuzz_compiler::include::MemoryFiles;
 use bittybuzz_crazyflie_model::CrazyflieModel;
 use core::ops::DerefMut;
 
