@@ -3,7 +3,8 @@
 //! Files are exchanged between people. A small file that takes all memory is a defect, and so is time
 //! that grows with the square of the length. The tests count bytes of memory: the most that are in
 //! use at once, and all that are ever reserved as a measure of the work. Both are the same on every
-//! computer and under any load. Work without memory does not show here.
+//! computer and under any load. Work without memory does not show here: `cargo xtask bench readers`
+//! counts the instructions of the same readers.
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
@@ -13,6 +14,8 @@ mod recordings;
 mod scenarios;
 
 use std::borrow::Borrow;
+use std::env;
+use std::hint::black_box;
 
 use allocation_counter::{AllocationInfo, measure};
 
@@ -21,6 +24,21 @@ const CONSTANT: u64 = 1 << 20;
 
 /// The largest growth of the work when the input doubles. Sorting takes a little more than 2.
 const GROWTH_MAX: f64 = 2.3;
+
+/// The variable with which `cargo xtask bench readers` runs these tests, under Callgrind.
+const COUNTED: &str = "BITTYBUZZ_COUNTED";
+
+/// Runs the work. Callgrind counts only in this function.
+#[inline(never)]
+fn counted(work: &mut dyn FnMut()) {
+    black_box(work)();
+}
+
+/// Does nothing: Callgrind writes and clears its counts when this function is called.
+#[inline(never)]
+fn write_counts() {
+    black_box(());
+}
 
 /// The limits of a reader.
 struct Limits {
@@ -45,6 +63,15 @@ impl Limits {
     ) {
         // Tables that are made once, such as those of the robots, are no part of a measurement.
         read(make(1).borrow());
+        if env::var_os(COUNTED).is_some() {
+            for size in [size, 2 * size] {
+                let input = make(size);
+                counted(&mut || read(input.borrow()));
+                write_counts();
+                println!("counted {} {shape}", input.borrow().as_ref().len());
+            }
+            return;
+        }
         let mut before: Option<AllocationInfo> = None;
         for size in [size, 2 * size, 4 * size] {
             let input = make(size);

@@ -154,10 +154,20 @@ fn a_batch_goes_on_only_as_what_it_was() {
         (part.trim_end().to_owned(), "line 2 of"),
         (part.replace("\n3,1,", "\n3,one,"), "line 2 of"),
         (part.replace("\n3,1,", "\n3,"), "line 2 of"),
+        (part.replace("\n3,1,", "\n3,NaN,"), "line 2 of"),
     ] {
         assert_ne!(damaged, part);
         folder.write("runs.csv.parts/part-3", damaged);
         refused(&resume, &[place, "part-3` is damaged", "remove the file"]);
+    }
+    // A digit that is another one, anywhere in the row.
+    let row = part.find('\n').unwrap() + 1;
+    let digits = part.char_indices().filter(|(at, c)| *at >= row && c.is_ascii_digit());
+    for (at, digit) in digits.step_by(3) {
+        let other = if digit == '9' { "8" } else { "9" };
+        let damaged = [&part[..at], other, &part[at + 1..]].concat();
+        folder.write("runs.csv.parts/part-3", damaged);
+        refused(&resume, &["line 2 of", "part-3` is damaged"]);
     }
 }
 

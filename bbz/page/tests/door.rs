@@ -253,6 +253,31 @@ fn the_last_page_has_the_session_and_the_others_wait() {
     });
 }
 
+/// More pages than a person opens are refused, until others have gone.
+#[test]
+fn the_number_of_pages_has_a_limit() {
+    serve(|url| {
+        let mut open: Vec<WebSocket<TcpStream>> = Vec::new();
+        let refusal = loop {
+            match connect(url, None) {
+                Ok(socket) => open.push(socket),
+                Err(refusal) => break refusal,
+            }
+            assert!(open.len() < 100, "no limit");
+        };
+        assert!(refusal.contains("503"), "{refusal}");
+        assert_eq!(open.len(), 16);
+        open.truncate(8);
+        // The server notices the end of a connection a little later.
+        let mut client = loop {
+            if let Ok(socket) = connect(url, None) {
+                break Client { socket, waiting: VecDeque::new() };
+            }
+        };
+        client.event("begin");
+    });
+}
+
 /// Programs between a client and the server may read different ones of two headers.
 #[test]
 fn a_request_with_two_hosts_or_origins_is_refused() {

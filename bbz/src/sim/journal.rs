@@ -4,7 +4,8 @@
 //! `FILE.parts` holds
 //! * `batch.json`, the key: everything that the rows depend on. A batch with another key cannot
 //!   resume here.
-//! * `part-N`: a line for each finished run of the Nth part of the batch, with the number of the run and its metrics.
+//! * `part-N`: a line for each finished run of the Nth part of the batch, with the number of the run, its metrics, and a
+//!   sum by which a damaged line is found.
 //! * `lock`, which the process that writes holds. The operating system releases it when that
 //!   process ends.
 //!
@@ -173,13 +174,14 @@ impl Journal {
     pub fn write(&self, number: usize, finished: &Finished) -> Result<(), FileError> {
         let mut text = self.head.clone() + "\n";
         for (run, metrics) in finished {
-            text += &run.to_string();
+            let mut row = run.to_string();
             for metric in metrics {
-                text.push(',');
+                row.push(',');
                 // The shortest text that is read as the same number.
-                text += &metric.map_or(String::new(), |metric| metric.to_string());
+                row += &metric.map_or(String::new(), |metric| metric.to_string());
             }
-            text.push('\n');
+            let sum = self.sum(&row);
+            text += &format!("{row},{sum}\n");
         }
         whole_file::write_in_own_folder(&self.part(number), text.as_bytes())
     }
@@ -203,6 +205,14 @@ impl Journal {
             self.remove_file(name)?;
         }
         fs::remove_dir(&self.folder).map_err(|error| FileError::writing(&self.folder, error))
+    }
+
+    /// Returns the sum of a row of this batch. As the key, it holds for one program.
+    fn sum(&self, row: &str) -> String {
+        let mut hasher = DefaultHasher::new();
+        hasher.write(self.head.as_bytes());
+        hasher.write(row.as_bytes());
+        format!("{:016x}", hasher.finish())
     }
 
     fn part(&self, number: usize) -> PathBuf {
@@ -246,7 +256,9 @@ impl Journal {
             return Err(damaged(1).into());
         }
         for (line, place) in lines {
-            let row = line.strip_suffix('\n').and_then(row);
+            let line = line.strip_suffix('\n').and_then(|line| line.rsplit_once(','));
+            let line = line.filter(|(text, sum)| self.sum(text) == *sum);
+            let row = line.and_then(|(text, _)| row(text));
             let fits = |(run, row): &(usize, Metrics)| part.contains(run) && row.len() == metrics;
             finished.extend([row.filter(fits).ok_or_else(|| damaged(place))?]);
         }

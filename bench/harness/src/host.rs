@@ -15,13 +15,10 @@ pub const RUNNER: &str = "valgrind";
 const FUNCTIONS: [&str; 2] = ["bench_host::counted", "bench_host::write_counts"];
 /// The text before the count in a file of Callgrind.
 const TOTALS: &str = "totals: ";
-/// The greatest number of counts that are written.
-const COUNTS: usize = 4;
-
 /// Runs the host's program with a script.
 pub fn run(program: &Path, script: &Path, folder: &Path) -> Result<ReportedMark> {
     let script = script.display().to_string();
-    let (printed, counts) = count(program, FUNCTIONS, &[&script], folder)?;
+    let (printed, counts) = count(program, FUNCTIONS, &[&script], &[], folder)?;
     let (mark, value) = last_mark(&printed).ok_or_else(|| unexpected(printed.clone()))?;
     Ok(ReportedMark { counts, mark, value })
 }
@@ -32,13 +29,15 @@ pub fn count(
     program: &Path,
     functions: [&str; 2],
     arguments: &[&str],
+    variables: &[(&str, &str)],
     folder: &Path,
 ) -> Result<(String, Vec<u64>)> {
     let out = folder.join("callgrind");
-    let file = |number| folder.join(format!("callgrind.{number}"));
+    let file = |number: u32| folder.join(format!("callgrind.{number}"));
+    let files = || (1..).map(file).take_while(|path| path.exists());
     // An earlier run may have written more files.
-    for number in 1..=COUNTS {
-        let _ = fs::remove_file(file(number));
+    for path in files() {
+        fs::remove_file(path)?;
     }
     let [counted, written] = functions;
     let options = [
@@ -51,9 +50,11 @@ pub fn count(
     ];
     let all: Vec<&str> =
         options.iter().map(String::as_str).chain(arguments.iter().copied()).collect();
-    let output = Invocation::new(RUNNER, &all).unannounced().output(0)?;
+    let line = Invocation::new(RUNNER, &all).unannounced();
+    let line = variables.iter().fold(line, |line, (name, value)| line.env(name, value));
+    let output = line.output(0)?;
     let mut counts = Vec::new();
-    for path in (1..=COUNTS).map(file).filter(|path| path.exists()) {
+    for path in files() {
         let text = fs::read_to_string(&path)?;
         let count = text.lines().find_map(|line| line.strip_prefix(TOTALS));
         let count = count.and_then(|count| count.trim().parse().ok());

@@ -15,6 +15,7 @@ mod host;
 mod images;
 mod marks;
 mod program;
+mod readers;
 mod report;
 mod slices;
 mod target;
@@ -73,6 +74,8 @@ enum Subject {
     },
     /// Counts a tick that a page watches, next to one that nothing observes
     Watch,
+    /// Counts the work of readers of files, for inputs of two lengths
+    Readers,
     /// Measures the longest slices of scripts on the robots' images, and other figures, in emulation
     Slices {
         /// Records the figures of today in `bench/hil.json`
@@ -94,6 +97,7 @@ pub fn run(wanted: &BenchArguments) -> Result<()> {
         }
         Some(Subject::Flight { update }) => return flight::run(update),
         Some(Subject::Watch) => return watch::run(),
+        Some(Subject::Readers) => return readers::run(),
         Some(Subject::Slices { update }) => return slices::run(update),
         None => {}
     }
@@ -132,6 +136,7 @@ pub fn check() -> Result<()> {
     grown.extend(costs::check(BenchTarget::Avr)?);
     grown.extend(flight::check()?);
     grown.extend(watch::check()?);
+    grown.extend(readers::check()?);
     if grown.is_empty() { Ok(()) } else { Err(BenchError::Grown(grown).into()) }
 }
 

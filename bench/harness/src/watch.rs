@@ -41,7 +41,7 @@ pub fn check() -> Result<Vec<String>> {
     for (robots, ticks) in CROWDS {
         let arguments = [robots.to_string(), ticks.to_string()];
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        let (_, counts) = host::count(&program, FUNCTIONS, &arguments, &folder)?;
+        let (_, counts) = host::count(&program, FUNCTIONS, &arguments, &[], &folder)?;
         let [bare, watched] = counts[..] else {
             return Err(BenchError::Record { what: format!("{} counts", counts.len()) }.into());
         };
