@@ -18,7 +18,7 @@ use crate::problem::{Problem, ProblemMessage};
 use crate::shell;
 
 /// The most errors, and the most warnings, of a script that are printed; `--json` has all.
-const MESSAGES_MAX: usize = 100;
+pub const MESSAGES_MAX: usize = 100;
 
 /// Prints the compiler's messages about a script.
 pub fn diagnostics(sources: &SourceMap, diagnostics: &[Diagnostic]) {

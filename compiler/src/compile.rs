@@ -19,7 +19,7 @@ use crate::parser::{Parsed, parse};
 use crate::profile::NumberProfile;
 use crate::source::{SourceMap, Span};
 use crate::stigmergies::StigmergyNumbers;
-use crate::symbols::{FORMAT, FunctionSymbol, LineEntry, LocalSymbol, Places, Symbols};
+use crate::symbols::{self, FORMAT, FunctionSymbol, LineEntry, LocalSymbol, Symbols};
 
 /// The target and settings of a compilation.
 #[derive(Debug, Clone, Default)]
@@ -197,12 +197,11 @@ fn make_symbols(
     profile: NumberProfile,
     options: &Options,
 ) -> Symbols {
-    let places = Places::new(sources);
     let name = |source: &SourceFunction| match &source.name {
         Some(name) => name.clone(),
         None => {
             let file = sources.path(source.span.file).display();
-            format!("lambda at {file}:{}", places.place(source.span).line)
+            format!("lambda at {file}:{}", symbols::place(sources, source.span).line)
         }
     };
     let functions = generated.functions.iter().zip(&generated.locals).zip(&image.functions);
@@ -230,7 +229,10 @@ fn make_symbols(
         globals: generated.globals.clone(),
         imports: generated.imports.clone(),
         lines: lines
-            .map(|(offset, span)| LineEntry { offset: *offset as u32, place: places.place(*span) })
+            .map(|(offset, span)| LineEntry {
+                offset: *offset as u32,
+                place: symbols::place(sources, *span),
+            })
             .collect(),
     }
 }

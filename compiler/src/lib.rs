@@ -19,6 +19,7 @@ pub mod explain;
 pub mod fit;
 pub mod image;
 pub mod include;
+mod layout;
 pub mod lexer;
 pub mod limits;
 pub mod messages;

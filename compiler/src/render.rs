@@ -8,7 +8,7 @@ use annotate_snippets::{
 use serde_json::{Value, json};
 
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::source::{FileId, LineColumn, SourceMap, Span};
+use crate::source::{FileId, SourceFile, SourceMap, Span};
 use crate::steps;
 
 /// The length in bytes of the longest source line that is shown, because finding the part around a
@@ -36,20 +36,10 @@ const NEAR: usize = 10;
 
 /// Renders the diagnostics of one compilation.
 ///
-/// The lines of every file are counted once, and a diagnostic touches only the lines around it. The
+/// The map knows the lines of every file, and a diagnostic touches only the lines around it. The
 /// time therefore grows with the sum of the sizes of files and diagnostics, not with their product.
 pub struct Renderer<'a> {
     sources: &'a SourceMap,
-    layouts: Vec<Layout>,
-}
-
-/// The layout of a file, computed once.
-struct Layout {
-    /// The offsets of its lines.
-    line_starts: Vec<usize>,
-    /// True if the file is ASCII. A column is then a difference of offsets, however long the line
-    /// is.
-    is_ascii: bool,
 }
 
 /// The choice of colors by ANSI escape sequences in text output.
@@ -64,15 +54,7 @@ pub enum ColorChoice {
 impl<'a> Renderer<'a> {
     /// Creates a renderer for diagnostics about `sources`.
     pub fn new(sources: &'a SourceMap) -> Self {
-        let layout = |text: &str| {
-            let after_newlines = text.match_indices('\n').map(|(at, _)| at + 1);
-            Layout {
-                line_starts: std::iter::once(0).chain(after_newlines).collect(),
-                is_ascii: text.is_ascii(),
-            }
-        };
-        let layouts = sources.files().map(|(_, file)| layout(&file.text)).collect();
-        Renderer { sources, layouts }
+        Renderer { sources }
     }
 
     /// Returns a diagnostic as several lines of text that end with a newline: headline, place,
@@ -127,8 +109,8 @@ impl<'a> Renderer<'a> {
     }
 
     fn place_json(&self, span: Span) -> Value {
-        let start = self.position(span.file, span.start as usize);
-        let end = self.position(span.file, span.end as usize);
+        let start = self.sources.position(span.file, span.start);
+        let end = self.sources.position(span.file, span.end);
         json!({
             "file": self.sources.path(span.file).display().to_string(),
             "line": start.line,
@@ -138,33 +120,15 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Returns the position like [`SourceMap::line_column`], but without reading the file from its
-    /// beginning.
-    fn position(&self, file: FileId, offset: usize) -> LineColumn {
-        let line = self.line_of(file, offset);
-        let start = self.line_start(file, line);
-        let column = if self.layout(file).is_ascii {
-            offset - start
-        } else {
-            self.source(file, start..offset).chars().count()
-        };
-        LineColumn { line: line as u32 + 1, column: column as u32 + 1 }
-    }
-
-    fn layout(&self, file: FileId) -> &Layout {
-        &self.layouts[file.0 as usize]
-    }
-
     /// Returns the line, counted from 0, that contains the byte at `offset`.
     fn line_of(&self, file: FileId, offset: usize) -> usize {
-        // The first line starts at 0, so the count is at least 1.
-        self.layout(file).line_starts.partition_point(|start| *start <= offset) - 1
+        self.sources.file(file).layout.line_of(offset)
     }
 
     /// Returns the offset of a line, or the end of the file for lines after the last one.
     fn line_start(&self, file: FileId, line: usize) -> usize {
-        let starts = &self.layout(file).line_starts;
-        starts.get(line).copied().unwrap_or(self.sources.file(file).text.len())
+        let SourceFile { text, layout, .. } = self.sources.file(file);
+        layout.line_start(line).unwrap_or(text.len())
     }
 
     fn source(&self, file: FileId, range: Range<usize>) -> &'a str {
@@ -233,7 +197,7 @@ impl<'a> Renderer<'a> {
             last = last.max(lines.end);
         }
         if self.has_longer_line(file, first..last, LINE_BYTES_MAX) {
-            let at = self.position(file, start as usize);
+            let at = self.sources.position(file, start);
             let origin = Origin::path(path).line(at.line as usize).char_column(at.column as usize);
             return origin.into();
         }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::layout::Layout;
 use crate::steps;
 
 /// Number of a file in a [`SourceMap`].
@@ -38,6 +39,7 @@ pub struct SourceFile {
     /// of an include.
     pub path: PathBuf,
     pub text: String,
+    pub(crate) layout: Layout,
 }
 
 /// Every file of one compilation; the main script is file 0.
@@ -56,7 +58,8 @@ pub struct LineColumn {
 impl SourceMap {
     /// Adds a file and returns its number.
     pub fn add(&mut self, path: impl Into<PathBuf>, text: String) -> FileId {
-        self.files.push(SourceFile { path: path.into(), text });
+        let layout = Layout::new(&text);
+        self.files.push(SourceFile { path: path.into(), text, layout });
         FileId(self.files.len() as u32 - 1)
     }
 
@@ -83,12 +86,12 @@ impl SourceMap {
 
     /// Returns the line and column at which the span starts.
     pub fn line_column(&self, span: Span) -> LineColumn {
-        let text = &self.file(span.file).text;
-        let before = &text[..span.start as usize];
-        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-        LineColumn {
-            line: before.matches('\n').count() as u32 + 1,
-            column: before[line_start..].chars().count() as u32 + 1,
-        }
+        self.position(span.file, span.start)
+    }
+
+    /// Returns the line and column of a byte, which begins a character or ends the file.
+    pub(crate) fn position(&self, file: FileId, offset: u32) -> LineColumn {
+        let SourceFile { text, layout, .. } = self.file(file);
+        layout.line_column(text, offset as usize)
     }
 }

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use bittybuzz_vm_core::builtin;
 
-use crate::source::{FileId, SourceMap, Span};
+use crate::source::{SourceMap, Span};
 
 /// Version of the `.sym` format.
 pub const FORMAT: u32 = 2;
@@ -233,36 +233,9 @@ impl Symbols {
     }
 }
 
-/// Converts spans to lines and columns. The line starts of every file are computed once, because
-/// every instruction of a long script is converted.
-pub(crate) struct Places<'a> {
-    sources: &'a SourceMap,
-    /// For each file, the offsets of its lines.
-    lines: Vec<Vec<usize>>,
-}
-
-impl<'a> Places<'a> {
-    pub(crate) fn new(sources: &'a SourceMap) -> Self {
-        let starts = |text: &str| {
-            let after_newlines = text.match_indices('\n').map(|(at, _)| at + 1);
-            std::iter::once(0).chain(after_newlines).collect()
-        };
-        Places { sources, lines: sources.files().map(|(_, file)| starts(&file.text)).collect() }
-    }
-
-    pub(crate) fn place(&self, span: Span) -> SourceSpan {
-        let (line, column) = self.line_column(span.file, span.start);
-        let (end_line, end_column) = self.line_column(span.file, span.end);
-        SourceSpan { file: span.file.0, line, column, end_line, end_column }
-    }
-
-    fn line_column(&self, file: FileId, at: u32) -> (u32, u32) {
-        let lines = &self.lines[file.0 as usize];
-        let text = &self.sources.file(file).text;
-        let at = at as usize;
-        // The first line starts at 0, so the count is at least 1.
-        let line = lines.partition_point(|start| *start <= at);
-        let column = text[lines[line - 1]..at].chars().count();
-        (line as u32, column as u32 + 1)
-    }
+/// Returns the lines and columns of a span.
+pub(crate) fn place(sources: &SourceMap, span: Span) -> SourceSpan {
+    let [start, end] = [span.start, span.end].map(|at| sources.position(span.file, at));
+    let (line, column) = (start.line, start.column);
+    SourceSpan { file: span.file.0, line, column, end_line: end.line, end_column: end.column }
 }

@@ -14,6 +14,9 @@ use bittybuzz_robot_files::all_shipped;
 use crate::set_up::{set_up, text_of};
 use crate::workshop::Workshop;
 
+/// The most messages about a script in an error.
+const MESSAGES_MAX: usize = 100;
+
 /// Files in memory, which the page and the commands of a run share.
 #[derive(Clone, Default)]
 pub struct SharedFiles(Arc<Mutex<MemoryFiles>>);
@@ -69,7 +72,8 @@ impl SharedFiles {
         let compiled = self.compile(script, text, group);
         let Some(image) = compiled.image else {
             let renderer = Renderer::new(&compiled.sources);
-            let texts = compiled.diagnostics.iter();
+            // Each shows its line, which may be the whole script.
+            let texts = compiled.diagnostics.iter().take(MESSAGES_MAX);
             return Err(texts.map(|one| renderer.text(one, ColorChoice::Never)).collect());
         };
         let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));

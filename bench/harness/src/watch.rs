@@ -32,7 +32,7 @@ pub fn check() -> Result<Vec<String>> {
     if !is_installed(host::RUNNER) {
         return Err(BenchError::Missing { program: host::RUNNER }.into());
     }
-    Invocation::cargo(&["build", "--locked", "--package", PACKAGE]).unannounced().run()?;
+    Invocation::cargo(&["build", "--package", PACKAGE]).unannounced().run()?;
     let program = root().join("target/debug").join(PACKAGE);
     let folder = target()?.join("bench");
     fs::create_dir_all(&folder)?;

@@ -1,6 +1,9 @@
 //! Checks arguments of built-in functions whose type is known from the source, and the keys of
 //! table literals.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
 use bittybuzz_vm_core::builtin::{self, BuiltinInfo};
 
 use crate::check::names::{LibraryMember, Meaning, Meanings};
@@ -211,26 +214,40 @@ fn format_of(text: &str) -> Option<&str> {
 
 fn duplicate_keys(entries: &[(CheckedExpr, CheckedExpr)]) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
-    for (number, (key, _)) in entries.iter().enumerate() {
-        let earlier = entries.iter().take(number).map(|(earlier, _)| earlier);
-        let Some(first) = earlier.into_iter().find(|earlier| is_same_key(earlier, key)) else {
-            continue;
-        };
-        diagnostics.push(
-            Diagnostic::new(DiagnosticCode::DuplicateKey, key.span, "this key is given twice")
-                .label("the last value counts")
-                .related(first.span, "first given here")
-                .help("remove one of them"),
-        );
+    let mut known = HashMap::new();
+    for (key, _) in entries {
+        let Some(constant) = ConstantKey::of(key) else { continue };
+        match known.entry(constant) {
+            Entry::Vacant(free) => drop(free.insert(key.span)),
+            Entry::Occupied(first) => diagnostics.push(
+                Diagnostic::new(DiagnosticCode::DuplicateKey, key.span, "this key is given twice")
+                    .label("the last value counts")
+                    .related(*first.get(), "first given here")
+                    .help("remove one of them"),
+            ),
+        }
     }
     diagnostics
 }
 
-fn is_same_key(a: &CheckedExpr, b: &CheckedExpr) -> bool {
-    match (&a.kind, &b.kind) {
-        (CheckedExprKind::Str(a), CheckedExprKind::Str(b)) => a == b,
-        (CheckedExprKind::Int(a), CheckedExprKind::Int(b)) => a == b,
-        (CheckedExprKind::Float(a), CheckedExprKind::Float(b)) => a == b,
-        _ => false,
+/// A key that is known from the source.
+#[derive(PartialEq, Eq, Hash)]
+enum ConstantKey<'a> {
+    Str(&'a str),
+    Int(i64),
+    /// The bits of the number.
+    Float(u64),
+}
+
+impl ConstantKey<'_> {
+    fn of(key: &CheckedExpr) -> Option<ConstantKey<'_>> {
+        match &key.kind {
+            CheckedExprKind::Str(text) => Some(ConstantKey::Str(text)),
+            CheckedExprKind::Int(number) => Some(ConstantKey::Int(*number)),
+            // Both zeros are the same key; a value that is no number differs from each other one.
+            CheckedExprKind::Float(number) if number.is_nan() => None,
+            CheckedExprKind::Float(number) => Some(ConstantKey::Float((number + 0.0).to_bits())),
+            _ => None,
+        }
     }
 }
