@@ -40,7 +40,7 @@ const INSPECTION_LIMITS: Limits = Limits { depth: 4, values: 500 };
 /// The greatest number of requests that wait for the end of a way.
 const WAITING_MAX: usize = 64;
 
-/// A request that has waited would act at a tick that nobody has chosen.
+/// A request that has waited would act at a tick that the client has not chosen.
 const LEFT: &str = "the run was paused on its way to the time of this request";
 
 const TOO_MANY: &str = "too many requests wait until the run is there";
@@ -404,7 +404,7 @@ impl Live {
         self.add_conditions();
         self.add_state();
         seek.then.into_iter().for_each(|request| self.execute(request, now));
-        // What waited may have begun another way, or may play.
+        // Requests that waited may have begun another way, or play.
         self.seek.is_some() || self.pace != Pace::Paused
     }
 

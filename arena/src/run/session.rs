@@ -182,7 +182,7 @@ impl Session {
         Ok(())
     }
 
-    /// Simulates 100 ms whose log lines nobody gets.
+    /// Simulates 100 ms and discards the lines that scripts log.
     pub fn advance_unseen(&mut self) -> Result<(), FirmwareError> {
         self.tick()?;
         self.run.take_log();

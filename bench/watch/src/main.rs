@@ -1,5 +1,5 @@
-//! The same ticks of a run twice: without an observer, and with all that a page of `bbz sim --view`
-//! costs when it shows no messages: events, samples, and copies of the run for going back.
+//! Runs the same ticks twice: without an observer, and with the events, the samples and the copies
+//! for going back that a page of `bbz sim --view` takes when it shows no messages.
 //!
 //! `bench-watch ROBOTS TICKS` runs Zooids that all hear each other. Callgrind counts the
 //! instructions that are executed in [`counted`], and writes a file at each [`write_counts`].
@@ -60,7 +60,7 @@ fn count_bare(robots: u32, ticks: u64) -> Result<u64, String> {
     Ok(run.digest())
 }
 
-/// Counts the same ticks of a session, with what its client takes after each of them.
+/// Counts the same ticks of a session, and the events and the sample that its client takes after each of them.
 fn count_watched(robots: u32, ticks: u64) -> Result<u64, String> {
     let (run, text) = begin(robots)?;
     let mut live = Live::new(Session::new(run, COPIES), text);
