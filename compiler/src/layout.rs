@@ -1,10 +1,15 @@
 //! Lines and columns of a text. The layout is computed once, and then a place costs the same however
 //! long its line is: every message and every instruction has some.
 
-use crate::source::LineColumn;
-
 /// Bytes from one known number of characters to the next.
 const BLOCK: usize = 64;
+
+/// A position for people. Lines and columns count from 1, and columns count characters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LineColumn {
+    pub line: u32,
+    pub column: u32,
+}
 
 /// The layout of a text.
 #[derive(Debug, Clone)]

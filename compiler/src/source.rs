@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::layout::Layout;
+pub use crate::layout::LineColumn;
 use crate::steps;
 
 /// Number of a file in a [`SourceMap`].
@@ -46,13 +47,6 @@ pub struct SourceFile {
 #[derive(Debug, Clone, Default)]
 pub struct SourceMap {
     files: Vec<SourceFile>,
-}
-
-/// A position for people. Lines and columns count from 1, and columns count characters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LineColumn {
-    pub line: u32,
-    pub column: u32,
 }
 
 impl SourceMap {

@@ -30,9 +30,11 @@
 use std::io::{self, Write};
 
 mod cursor;
+mod error;
 mod reader;
 
-pub use reader::{RecordingError, RecordingReader};
+pub use error::RecordingError;
+pub use reader::RecordingReader;
 
 /// The first bytes of a recording.
 const MAGIC: &[u8; 6] = b"bbzrec";

@@ -43,8 +43,8 @@ use crate::robot::{
     ScriptNumber, SimRobot,
 };
 use crate::scenario::{
-    Adversary, Backend, Quantity, Reduction, ScenarioCause, ScenarioError, Selection, Swarm,
-    WorldChange, settings_error,
+    ADVERSARIES_MAX, Adversary, Backend, Quantity, Reduction, ScenarioCause, ScenarioError,
+    Selection, Swarm, WorldChange, settings_error,
 };
 
 mod globals;
@@ -257,7 +257,8 @@ impl Simulation {
                 let at = tick.max(self.now());
                 if !self.event_queue.has_room_for(&self.setup.scenario, at, adversary) {
                     let at = (at as f64 / TICKS_PER_SECOND).to_string();
-                    return Err(refused(ScenarioCause::TooManyAdversaries { at }));
+                    let max = ADVERSARIES_MAX;
+                    return Err(refused(ScenarioCause::TooManyAdversaries { at, max }));
                 }
             }
             WorldChange::Call { robots, function, .. } => {

@@ -79,7 +79,8 @@ pub fn check_count(root: &Section<'_>, mut begun: Vec<(f64, f64, Place)>) {
     begun.sort_by(|(one, ..), (other, ..)| one.total_cmp(other));
     if let Some(index) = first_too_many(begun.iter().map(|(from, until, _)| (*from, *until))) {
         let (from, _, place) = &begun[index];
-        root.reader.fail_at(place, ScenarioCause::TooManyAdversaries { at: from.to_string() });
+        let (at, max) = (from.to_string(), ADVERSARIES_MAX);
+        root.reader.fail_at(place, ScenarioCause::TooManyAdversaries { at, max });
     }
 }
 

@@ -7,8 +7,6 @@ use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
 use crate::robot::step_rates;
 
-use super::adversary::ADVERSARIES_MAX;
-
 /// A mistake in a scenario: a sentence (`Display`), and optionally a place and a remedy
 /// ([`FileError::help`]).
 pub type ScenarioError = FileError<ScenarioCause>;
@@ -125,7 +123,7 @@ pub enum ScenarioCause {
     /// More robots than an emulator can run.
     TooManyEmulated { count: u32, most: u32 },
     /// More adversaries send at one time than are allowed. `at` is the time in seconds.
-    TooManyAdversaries { at: String },
+    TooManyAdversaries { at: String, max: usize },
     /// A key that emulated robots do not support.
     NotEmulated { key: &'static str },
     /// An event about poses from outside, for robots that get none.
@@ -314,8 +312,8 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::TooManyEmulated { count, most } => {
                 write!(f, "{count} robots are too many for an emulator, which plays {most}")
             }
-            ScenarioCause::TooManyAdversaries { at } => {
-                write!(f, "more than {ADVERSARIES_MAX} adversaries would send at {at} s")
+            ScenarioCause::TooManyAdversaries { at, max } => {
+                write!(f, "more than {max} adversaries would send at {at} s")
             }
             ScenarioCause::NotEmulated { key } => {
                 write!(f, "`{key}` cannot be had of robots that run firmware")

@@ -2,9 +2,10 @@
 
 use std::mem;
 
+use super::error::RecordingError;
 use super::{
     BLOCK, DISC, HEADING, HEIGHT, PLACE, ROBOTS_MAX, RecordedBody, RecordedMovable,
-    RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape, RecordingError,
+    RecordedObstacle, RecordedOutline, RecordedPatch, RecordedRobot, RecordedShape,
     RecordingHeader, RobotStatus, SHOWN, WALL,
 };
 
