@@ -21,7 +21,7 @@
 //! | `{"play":{"rate":2}}` | run at `rate` times real time, 0.1 to 1000; without it unlimited. At its end the run starts again at the beginning |
 //! | `"pause"` | pause |
 //! | `{"step":{"ticks":1}}` | run for this number of ticks, then pause |
-//! | `{"go_to":{"tick":100}}` | go to a tick, back or forward, and pause |
+//! | `{"go_to":{"tick":100}}` | go to a tick, back or forward, and pause. A long way takes several turns, with an event about the time that is left; requests about the run wait for its end, another `go_to` replaces it, and `pause` ends it |
 //! | `{"command":{"text":"fail = 3"}}` | the command of the text acts at the next tick |
 //! | `{"inspect":{"robot":5}}` | after each sample an event has the memory of the robot with this number; `null`: no more |
 //! | `{"watch":{"messages":true,"quantity":"led"}}` | after each sample an event has the messages since the one before, and one has the quantity, which is written as in `plot` (docs/scenario.md); `false` and `null`: no more |

@@ -145,11 +145,12 @@ impl Live {
 
     /// Carries out a request, after those before it.
     fn execute(&mut self, request: Request, now: Duration) {
-        if let Some(Seek { then, .. }) = &mut self.seek {
+        if let Some(Seek { then, .. }) = &mut self.seek
+            && request.is_about_now()
+        {
             match request {
-                Request::Pause => {}
-                // A time line that is dragged leads to its last place.
-                Request::GoTo { .. } if then.is_empty() => {}
+                // A time line that is dragged leads to its last place, and a new run begins at once.
+                Request::GoTo { .. } | Request::Run { .. } if then.is_empty() => {}
                 _ if then.len() < WAITING_MAX => return then.push(request),
                 _ => return self.refuse(TOO_MANY, None),
             }

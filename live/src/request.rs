@@ -148,3 +148,22 @@ pub enum Request {
     /// Cancels the trials that have not finished.
     StopTrials,
 }
+
+impl Request {
+    /// Returns true if the result depends on the tick of the run.
+    pub fn is_about_now(&self) -> bool {
+        use Request::{Command, Commands, Digest, GoTo, Load, Play, Run, Scenario, Step};
+        matches!(
+            self,
+            Play { .. }
+                | Step { .. }
+                | GoTo { .. }
+                | Command { .. }
+                | Commands
+                | Scenario
+                | Run { .. }
+                | Load { .. }
+                | Digest
+        )
+    }
+}

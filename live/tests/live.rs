@@ -280,6 +280,9 @@ fn a_long_way_to_a_tick_says_how_long_it_takes() {
     assert!(advance(&mut live, 10, ms(1000)));
     let seeking = json!({ "event": "seeking", "tick": 40, "left": 1.0 });
     assert_eq!(events(&mut live, "seeking"), [seeking]);
+    // Requests that are about no time are answered.
+    live.request("{\"explain\":{\"code\":\"E0201\"}}", ms(1000));
+    assert_eq!(events(&mut live, "explanation").len(), 1);
     // A command waits until the run is there, and acts nowhere if it does not get there.
     let fail = json!({ "command": { "text": "fail = 6" } }).to_string();
     live.request(&fail, ms(1000));
