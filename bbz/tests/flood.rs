@@ -101,7 +101,7 @@ fn a_page_that_does_not_read_costs_no_memory() {
     client.event("begin");
     client.send(json!({ "watch": { "messages": true, "quantity": "led" } }));
     client.send(json!({ "play": {} }));
-    shown.work(8);
+    shown.work(5);
     let peak = shown.peak_mb();
     assert!(peak < PEAK_MAX, "{peak} MB");
     // The page gets the newest lines when it reads again, and the number of the others.
@@ -148,7 +148,7 @@ fn a_flood_of_requests_neither_costs_memory_nor_holds_the_command() {
             })
         };
         let floods = [flood(waiting, "ping".to_owned()), flood(current, request.to_string())];
-        shown.work(3);
+        shown.work(2);
         let peak = shown.peak_mb();
         assert!(peak < PEAK_MAX, "{peak} MB, {request}");
         assert!(shown.interrupt().success(), "{request}");
