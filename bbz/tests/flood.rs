@@ -21,9 +21,8 @@ const PEAK_MAX: u64 = 100;
 /// The longest wait for what takes milliseconds otherwise.
 const WAIT_MAX: Duration = Duration::from_secs(60);
 
-/// Robots that log in a loop, and robots of which each fault is contained, in a listener.
+/// Robots that log in a loop.
 const LOUD: &str = "n = 0\n\
-    function init() { neighbors.listen(\"n\", function(t, v, r) { log(v / 0) }) }\n\
     function step() { for(n = 0, n < 20, n = n + 1) log(\"line \", n) neighbors.broadcast(\"n\", n) }\n";
 
 const SCENARIO: &str = "[world]\nsize = [4000, 4000]\nduration = 100000\n\n\
