@@ -11,7 +11,7 @@
 mod others;
 mod programs;
 mod recordings;
-mod scenarios;
+mod scenario_tests;
 
 use std::borrow::Borrow;
 use std::env;
