@@ -50,6 +50,15 @@ fn peak_mb() -> u64 {
     line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() * 1024 / 1_000_000
 }
 
+/// Each robot keeps the content of its machine at its fault.
+const FAILING: &str = "[world]\nsize = [10000, 10000]\nduration = 6\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"fail.bzz\"\ncount = 2000\nplacement = \"random\"\n";
+
+const FAIL: &str = "n = 0\nfunction step() { n = n + 1 if(n % 4 == 0) led(n / 0) }\n";
+
+/// Room for the copies of that world.
+const FEW_BYTES: usize = 60_000_000;
+
 /// Crazyflies take the most memory: 16 MB, so that 32 copies would take 512 MB.
 const CRAZYFLIES: &str = "[world]\nsize = [10000, 10000]\nduration = 10\n\n\
     [[robots]]\nrobot = \"crazyflie\"\nscript = \"count.bzz\"\ncount = 300\nplacement = \"random\"\n";
@@ -57,10 +66,10 @@ const CRAZYFLIES: &str = "[world]\nsize = [10000, 10000]\nduration = 10\n\n\
 const COUNT: &str = "n = 0\nfunction step() { n = n + 1 }\n";
 
 /// Plays a scenario to its end and returns the largest resident memory in MB before and after.
-fn play(files: &SharedFiles, scenario: &str) -> [u64; 2] {
+fn play(files: &SharedFiles, scenario: &str, bytes_max: usize) -> [u64; 2] {
     let (run, text) = Shelf::new(files.clone(), scenario.into()).open(2).unwrap();
     let before = peak_mb();
-    let mut live = Live::new(Session::new(run, COPIES), text);
+    let mut live = Live::new(Session::with_bytes(run, COPIES, bytes_max), text);
     live.request("{\"play\":{}}", Duration::ZERO);
     let mut now = 0;
     while !live.session().run().is_over() {
@@ -73,18 +82,23 @@ fn play(files: &SharedFiles, scenario: &str) -> [u64; 2] {
     [before, peak_mb()]
 }
 
-/// The second world takes more than the first one, so that the peaks are apart.
+/// Each world takes more than the one before, so that the peaks are apart.
 #[test]
-fn robots_without_a_chip_and_many_crazyflies_stay_within_their_memory() {
+fn failing_robots_robots_without_a_chip_and_many_crazyflies_stay_within_their_memory() {
     let files = SharedFiles::default();
     files.add("rover.toml", ROBOT);
     files.add("rover.bzz", SCRIPT);
     files.add("rovers.toml", SCENARIO);
     files.add("count.bzz", COUNT);
     files.add("crazyflies.toml", CRAZYFLIES);
-    let [before, after] = play(&files, "rovers.toml");
+    files.add("fail.bzz", FAIL);
+    files.add("failing.toml", FAILING);
+    let [before, after] = play(&files, "failing.toml", FEW_BYTES);
+    // Without the contents, the copies would take 68 MB.
+    assert!(after < before + FEW_BYTES as u64 / 1_000_000, "{after} MB, {before} MB before");
+    let [before, after] = play(&files, "rovers.toml", COPIES_BYTES);
     assert!(after < 200, "{after} MB, {before} MB of them before the first tick");
-    let [before, after] = play(&files, "crazyflies.toml");
+    let [before, after] = play(&files, "crazyflies.toml", COPIES_BYTES);
     let copies = COPIES_BYTES as u64 / 1_000_000;
     // The run itself was there before, and the copies fill most of their room.
     assert!(after > 200 && after < before + copies + 30, "{after} MB, {before} MB before");

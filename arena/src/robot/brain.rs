@@ -287,6 +287,10 @@ impl SimRobot {
         let slots = self.state.context.slots;
         let machine = self.machine().map_or(0, |machine| machine.bytes(slots));
         let autopilot = self.state.memory.autopilot.as_ref();
+        // The content of the machine at its last fault takes about as much as the machine.
+        let last = self.state.last_fault.as_ref().and_then(|last| last.0.as_ref());
+        let has_content = last.is_some_and(|fault| fault.content.is_some());
+        let machine = if has_content { 2 * machine } else { machine };
         machine + autopilot.map_or(0, |_| AUTOPILOT_BYTES) + size_of::<Self>()
     }
 
