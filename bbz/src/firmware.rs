@@ -76,7 +76,8 @@ pub fn check(path: &Path, layout: &Layout) -> Result<(), Box<dyn Problem>> {
     Ok(())
 }
 
-fn check_bytes(bytes: &[u8], layout: &Layout) -> Result<(), FirmwareFileError> {
+/// Checks the bytes of such a file.
+pub fn check_bytes(bytes: &[u8], layout: &Layout) -> Result<(), FirmwareFileError> {
     let header = FileHeader32::<Endianness>::parse(bytes).map_err(|_| FirmwareFileError::NotElf)?;
     let endian = header.endian().map_err(|_| FirmwareFileError::NotElf)?;
     if header.e_machine(endian) != EM_ARM {

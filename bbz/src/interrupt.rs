@@ -4,8 +4,10 @@ use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
+use std::thread;
 use std::time::Duration;
 
+use crate::exit::ExitStatus;
 use crate::problem::Problem;
 
 /// Ctrl-C cannot be taken over.
@@ -43,12 +45,28 @@ pub struct Interrupt {
 impl Interrupt {
     /// Takes over Ctrl-C and SIGTERM for the rest of the process.
     pub fn install() -> Result<Self, InterruptError> {
+        Interrupt::install_with(None)
+    }
+
+    /// Takes them over in a process that has nothing to finish: it ends with success `patience` after
+    /// the first interrupt, if it has not ended by then. A tick of 50,000 robots takes a minute.
+    pub fn install_ending_after(patience: Duration) -> Result<Self, InterruptError> {
+        Interrupt::install_with(Some(patience))
+    }
+
+    fn install_with(patience: Option<Duration>) -> Result<Self, InterruptError> {
         let (sender, pressed) = mpsc::channel();
         let flag = Arc::new(AtomicBool::new(false));
         let again = flag.clone();
         let handle = Arc::new(move || {
             if again.swap(true, Ordering::Relaxed) || sender.send(()).is_err() {
                 process::exit(KILLED);
+            }
+            if let Some(patience) = patience {
+                thread::spawn(move || {
+                    thread::sleep(patience);
+                    process::exit(ExitStatus::Success as i32);
+                });
             }
         });
         on_termination(handle.clone())?;
@@ -85,8 +103,6 @@ impl Interrupt {
 /// Calls `handle` for each SIGTERM.
 #[cfg(unix)]
 fn on_termination(handle: Arc<impl Fn() + Send + Sync + 'static>) -> Result<(), ctrlc::Error> {
-    use std::thread;
-
     use signal_hook::consts::SIGTERM;
     use signal_hook::iterator::Signals;
 

@@ -8,6 +8,7 @@
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
+mod firmware;
 mod others;
 mod programs;
 mod recordings;

@@ -74,9 +74,12 @@ pub fn execute(arguments: &ViewArguments) -> Result<ExitStatus, Box<dyn Problem>
 /// The time after which the address of a page that no browser has opened is printed.
 const PATIENCE: Duration = Duration::from_secs(5);
 
+/// The longest time from Ctrl-C to the end of the command. The page has nothing that is not kept.
+const ENDING: Duration = Duration::from_millis(700);
+
 /// Shows a session or a recording until its page is closed, or Ctrl-C.
 pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Box<dyn Problem>> {
-    let mut interrupt = Interrupt::install()?;
+    let mut interrupt = Interrupt::install_ending_after(ENDING)?;
     let page = Page::open().map_err(ViewError::Page)?;
     let mut opening = Opening::begin(&page, no_browser)?;
     let mut unprinted = None;

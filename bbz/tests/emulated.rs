@@ -37,7 +37,7 @@ const MESSAGES: [(u16, &str, &str); 3] =
 
 fn folder(test: &str, script: &str) -> Folder {
     let folder = Folder::with(test, "s.bzz", script);
-    folder.write("robot.elf", elf::with_messages(&MESSAGES));
+    folder.write("robot.elf", elf::with_messages("raw", &MESSAGES));
     folder.write("emulator", EMULATOR);
     folder.write("loaded", "{\"reply\":\"ok\"}\n");
     folder.write("events", "");

@@ -1,4 +1,4 @@
-//! Floods between `bbz sim --view` and its page, in both directions.
+//! Floods between `bbz sim --view` and its page, in both directions, and its end under load.
 
 #![cfg(all(feature = "view", target_os = "linux"))]
 
@@ -154,4 +154,21 @@ fn a_flood_of_requests_neither_costs_memory_nor_holds_the_command() {
         floods.into_iter().for_each(|flood| flood.join().unwrap());
         assert!(sent.load(Ordering::Relaxed) > 8);
     }
+}
+
+/// In a tick, 60,000 robots send a message that each of the others hears: it takes minutes.
+#[test]
+fn the_command_ends_within_a_tick() {
+    let folder =
+        Folder::with("flood-tick", "s.bzz", "function step() { neighbors.broadcast(\"n\", 1) }\n");
+    folder.write(
+        "s.toml",
+        SCENARIO.replace("4000", "200000").replace("loud", "s").replace("200\n", "60000\n"),
+    );
+    let shown = Shown::start(&folder);
+    let mut client = Client::connect(&shown.url);
+    client.event("begin");
+    client.send(json!({ "play": {} }));
+    shown.work(4);
+    assert!(shown.interrupt().success());
 }

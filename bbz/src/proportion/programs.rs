@@ -61,6 +61,15 @@ fn scripts_of_any_shape() {
         let each = (0..n).map(|i| format!("var v{i} = {i} "));
         format!("function f() {{ {} }}", each.collect::<String>())
     });
+    check("captured variables", 100, &|n| {
+        let variables = (0..n).map(|i| format!("var v{i} = {i} ")).collect::<String>();
+        let uses = (0..n).map(|i| format!("x = v{i} ")).collect::<String>();
+        format!("function f() {{ {variables} g = function() {{ {uses} }} }}")
+    });
+    check("parameters", 200, &|n| {
+        let names: Vec<String> = (0..n).map(|i| format!("p{i}")).collect();
+        format!("function f({}) {{ }}\nf({})", names.join(", "), "1, ".repeat(n) + "1")
+    });
 }
 
 #[test]
@@ -117,6 +126,38 @@ fn object_files_of_any_shape() {
         let long = |n| [MORSE, &vec![code; n]].concat();
         OBJECTS.check("code after a script", 3000, long, read);
     }
+}
+
+/// The `.bdb` files next to object files.
+#[test]
+fn debug_files_of_any_shape() {
+    // The global assignment `x = 1`, with an instruction at offset 5.
+    const GLOBAL: &[u8] = &[
+        0x01, 0x00, 0x78, 0x00, 0x00, 0x25, 0x00, 0x00, 0x00, 0x00, 0x24, 0x01, 0x00, 0x00, 0x00,
+        0x1d, 0x01,
+    ];
+    let record = |offset: u32, line: u64, file: &str| {
+        let mut bytes = offset.to_le_bytes().to_vec();
+        bytes.extend(line.to_le_bytes());
+        bytes.extend(1u64.to_le_bytes());
+        bytes.extend((file.len() as u16).to_le_bytes());
+        bytes.extend(file.bytes());
+        bytes
+    };
+    let read = |bytes: &[u8]| {
+        drop(bo::import(Path::new("s.bo"), GLOBAL, Some(bytes), &Options::default()));
+    };
+    LIMITS.check("records", 2000, |n| record(5, 1, "s.bzz").repeat(n), read);
+    let files = |n| (0..n).flat_map(|i| record(5, 1, &format!("{i}.bzz"))).collect::<Vec<u8>>();
+    LIMITS.check("files", 2000, files, read);
+    LIMITS.check(
+        "lines",
+        2000,
+        |n| (0..n as u64).flat_map(|i| record(5, i, "")).collect::<Vec<u8>>(),
+        read,
+    );
+    LIMITS.check("long names", 10, |n| record(5, 1, &"x".repeat(60_000)).repeat(n), read);
+    LIMITS.check("zeros", 10_000, |n| vec![0; n], read);
 }
 
 #[test]

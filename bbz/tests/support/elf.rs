@@ -8,6 +8,7 @@ use object::{
 };
 
 /// A segment that is loaded.
+#[derive(Clone)]
 pub struct Segment<'a> {
     /// The address in flash.
     pub at: u32,
@@ -81,8 +82,9 @@ pub fn arm(segments: &[Segment<'_>]) -> Vec<u8> {
     file
 }
 
-/// Returns a file with the texts of uncompressed defmt messages: number, tag and text of each.
-pub fn with_messages(messages: &[(u16, &str, &str)]) -> Vec<u8> {
+/// Returns a file with the texts of defmt messages in an encoding, `raw` or `rzcobs`: number, tag and
+/// text of each.
+pub fn with_messages(encoding: &str, messages: &[(u16, &str, &str)]) -> Vec<u8> {
     let mut file = Object::new(BinaryFormat::Elf, Architecture::Arm, Endianness::Little);
     let section = file.add_section(vec![], b".defmt".to_vec(), SectionKind::Data);
     file.append_section_data(section, &[0; 64], 1);
@@ -99,7 +101,7 @@ pub fn with_messages(messages: &[(u16, &str, &str)]) -> Vec<u8> {
         });
     };
     symbol("_defmt_version_ = 4".to_owned(), 0, SymbolSection::Absolute);
-    symbol("_defmt_encoding_ = raw".to_owned(), 0, SymbolSection::Absolute);
+    symbol(format!("_defmt_encoding_ = {encoding}"), 0, SymbolSection::Absolute);
     for (number, tag, text) in messages {
         let name = serde_json::json!({
             "package": "robot", "disambiguator": number.to_string(), "tag": tag, "data": text,

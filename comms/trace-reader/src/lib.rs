@@ -63,14 +63,18 @@ impl TraceMessage {
         TraceMessage { seconds: None, level: None, content: MessageContent::Undecodable };
 }
 
+/// The longest message in bytes. A robot's whole RTT buffer has a few KiB. Without a limit, bytes that
+/// end no message would be kept, and read again with each piece that arrives.
+const MESSAGE_BYTES_MAX: usize = 16 << 10;
+
 /// Decodes the bytes that a robot writes to RTT.
 #[derive(Clone)]
 pub struct TraceReader {
     table: Arc<Table>,
     /// The received bytes of a message that is not complete yet.
     waiting: Vec<u8>,
-    /// True after an error in the raw encoding, which has no frames: the following bytes are
-    /// unreadable.
+    /// True while the bytes that follow cannot be read: after an error in the raw encoding, which has
+    /// no frames, and to the end of a frame that is too long.
     is_lost: bool,
 }
 
@@ -106,14 +110,22 @@ impl TraceReader {
                     read += length;
                     messages.push(TraceMessage::new(&frame));
                 }
-                Err(DecodeError::UnexpectedEof) => break,
-                Err(DecodeError::Malformed) => {
+                Err(DecodeError::UnexpectedEof)
+                    if self.waiting.len() - read <= MESSAGE_BYTES_MAX =>
+                {
+                    break;
+                }
+                Err(DecodeError::UnexpectedEof | DecodeError::Malformed) => {
                     self.is_lost = true;
                     messages.push(TraceMessage::UNDECODABLE);
                 }
             }
         }
-        self.waiting.drain(..read);
+        if self.is_lost {
+            self.waiting.clear();
+        } else {
+            self.waiting.drain(..read);
+        }
         messages
     }
 
@@ -121,10 +133,19 @@ impl TraceReader {
     /// each call creates one, and it only receives whole frames.
     fn read_frames(&mut self) -> Vec<TraceMessage> {
         let Some(last) = self.waiting.iter().rposition(|byte| *byte == 0) else {
-            return Vec::new();
+            if self.waiting.len() <= MESSAGE_BYTES_MAX {
+                return Vec::new();
+            }
+            self.waiting.clear();
+            let is_known = std::mem::replace(&mut self.is_lost, true);
+            return if is_known { Vec::new() } else { vec![TraceMessage::UNDECODABLE] };
         };
         let rest = self.waiting.split_off(last + 1);
-        let whole = std::mem::replace(&mut self.waiting, rest);
+        let mut whole = std::mem::replace(&mut self.waiting, rest);
+        if std::mem::take(&mut self.is_lost) {
+            let end = whole.iter().position(|byte| *byte == 0).expect("a zero was found");
+            whole.drain(..=end);
+        }
         let mut decoder = self.table.new_stream_decoder();
         decoder.received(&whole);
         let mut messages = Vec::new();

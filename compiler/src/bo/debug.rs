@@ -3,7 +3,7 @@
 //! The file is a sequence of records without a header: offset in the `.bo` file (4 bytes), line
 //! (8), column (8), length of the file name (2), file name; all little-endian.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 
 use crate::bo::read::Bo;
@@ -61,6 +61,7 @@ impl DebugInfo {
     /// Reads the file that belongs to `bo`.
     pub fn read(bytes: &[u8], bo: &Bo) -> Result<DebugInfo, DebugError> {
         let mut info = DebugInfo::default();
+        let mut numbers = HashMap::new();
         let mut at = 0;
         while at < bytes.len() {
             let start = at;
@@ -82,18 +83,14 @@ impl DebugInfo {
             if line == 0 {
                 continue;
             }
-            let file = info.file(name);
+            let file = *numbers.entry(name).or_insert_with(|| {
+                info.files.push(name.to_owned());
+                info.files.len() - 1
+            });
             let (line, column) = (saturate(line), saturate(column));
             info.places.insert(offset, DebugPlace { file, line, column });
         }
         Ok(info)
-    }
-
-    fn file(&mut self, name: &str) -> usize {
-        self.files.iter().position(|known| known == name).unwrap_or_else(|| {
-            self.files.push(name.to_owned());
-            self.files.len() - 1
-        })
     }
 
     /// Returns the source of the instruction at an offset.

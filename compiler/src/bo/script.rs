@@ -3,7 +3,7 @@
 //! Locals are named after their numbers. A lambda and its creator use the same numbers for the
 //! creator's locals, so the ordinary resolution of names finds the captured values.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use crate::ast::{
     Block, Branch, ChainLink, Expr, ExprKind, FieldKey, Function, Ident, Script, Stmt, StmtKind,
@@ -50,12 +50,15 @@ pub fn recover(bo: &Bo, listing: &BoListing) -> Result<Recovered, BoError> {
     // functions.
     let starts_at_1 = |number: usize| chunks.chunks[number].creator.unwrap_or(0) == 0;
     let arities = Arities::new(&outlines, &names, &ENTRIES, starts_at_1);
+    let unread = names.iter().map(|(_, name)| name);
+    let unread = unread.filter(|name| !name.is_read && !ENTRIES.contains(&name.text.as_str()));
     let mut builder = Builder {
         bo,
         listing,
         chunks: &chunks,
         outlines: &outlines,
         names: &names,
+        dead: unread.flat_map(|name| name.functions.iter().copied()).collect(),
         arities,
         strings: BTreeSet::new(),
         live: 1,
@@ -86,6 +89,8 @@ struct Builder<'a> {
     chunks: &'a Chunks,
     outlines: &'a [ChunkOutline],
     names: &'a Names,
+    /// Chunks of named functions whose names no code reads.
+    dead: HashSet<usize>,
     arities: Arities,
     strings: BTreeSet<String>,
     /// The number of locals at the current place, including `self` and those of the creators.
@@ -131,7 +136,7 @@ impl Builder<'_> {
         };
         let inner = outline.lambdas.iter().map(|(lambda, _)| &self.outlines[*lambda]);
         let highest = inner.filter_map(|lambda| lambda.reach.last()).max();
-        if highest.is_none_or(|local| *local < base + least) || self.is_dead(number) {
+        if highest.is_none_or(|local| *local < base + least) || self.dead.contains(&number) {
             return Ok(least);
         }
         let mut counts = self.arities.counts(number).clone();
@@ -145,12 +150,6 @@ impl Builder<'_> {
             (None, _) if !is_called => Ok(least),
             _ => Err(self.bo.error(start, BoCause::UnknownParameters(counts))),
         }
-    }
-
-    /// Returns true if no code reads the name of a named function.
-    fn is_dead(&self, number: usize) -> bool {
-        let mut names = self.names.iter().filter(|(_, name)| name.functions.contains(&number));
-        names.any(|(_, name)| !name.is_read && !ENTRIES.contains(&name.text.as_str()))
     }
 
     /// Returns the statements of a block, and the variables that outlive the block. The variables
