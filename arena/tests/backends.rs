@@ -22,6 +22,9 @@ static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
 /// A world; seven lines.
 const WORLD: &str = "[world]\nsize = [800, 500]\nduration = 10\n\n[medium.nrf24]\nloss = 0.1\n\n";
 
+/// A world without messages; seven lines.
+const EMPTY: &str = "[world]\nsize = [800, 500]\nduration = 10\n\n\n\n\n";
+
 /// Two Zooids on their firmware, ids 0 and 1; six lines.
 const EMULATED: &str = "[[robots]]\nrobot = \"zooids\"\nscript = \"s.bzz\"\ncount = 2\nbackend = \"firmware\"\nfirmware = \"zooids.elf\"\n";
 
@@ -279,4 +282,37 @@ fn script_state_of_emulated_robots_cannot_be_read() {
         "24:9",
         &["`steps` cannot be seen"],
     );
+}
+
+#[test]
+fn settings_in_flash_are_checked_against_the_robot_file() {
+    let model = "model = { fidelity = \"flight\" }\n";
+    let with = |group: &str, settings: &str| format!("{EMPTY}{group}settings = {settings}\n");
+    let on_firmware =
+        with(&[CRAZYFLIES, model].concat(), "[\"height_mm=700\", \"fence_back_mm=0\"]");
+    let group = &parse(&on_firmware).unwrap().groups[0];
+    assert_eq!(group.settings, [None, None, Some(700), None, Some(0), None, None]);
+    assert_eq!(
+        group.model.fence_mm().unwrap(),
+        [[0.0, f32::NEG_INFINITY, f32::NEG_INFINITY], [f32::INFINITY, f32::INFINITY, 700.0]]
+    );
+    // Without `fidelity = "flight"` the firmware has them, too, and the world knows of no fence.
+    assert_eq!(
+        parse(&with(CRAZYFLIES, "[\"height_mm=700\"]")).unwrap().groups[0].settings[2],
+        Some(700)
+    );
+    assert!(parse(&format!("{WORLD}{EMULATED}settings = [\"range_mm=300\"]\n")).is_ok());
+    for (settings, reason) in [
+        ("[\"height_mm=1\"]", "no whole number from 200 to 65534"),
+        ("[\"width_mm=300\"]", "no setting has this name"),
+        ("[\"height_mm\"]", "not of the form NAME=NUMBER"),
+        ("[\"height_mm=300\", \"height_mm=400\"]", "given twice"),
+    ] {
+        assert_error(&[EMPTY, CRAZYFLIES, &format!("settings = {settings}\n")], "14:12", &[reason]);
+    }
+    assert_error(&[EMPTY, CRAZYFLIES, "settings = \"height_mm=300\"\n"], "14:12", &["list"]);
+    let refused = ["`settings` have no effect", "backend = \"firmware\""];
+    assert_error(&[WORLD, SIMULATED, "settings = [\"range_mm=300\"]\n"], "13:12", &refused);
+    let kilobots = [EMPTY, KILOBOTS, "settings = [\"range_mm=300\"]\n"];
+    assert_error(&kilobots, "13:12", &["the Kilobot does not take", "it has no settings"]);
 }

@@ -163,3 +163,27 @@ fn flight_without_a_position_is_refused() {
     assert!(error.contains("crazyflie.positioning"), "{error}");
     assert!(error.contains("flow, loco, lighthouse or capture"), "{error}");
 }
+
+/// The limits that people write to a robot's flash hold in the simulated flight as on the image.
+#[test]
+fn a_robot_stays_within_the_settings_in_its_flash() {
+    let script = "
+n = 0
+function step() {
+    n = n + 1
+    if(n == 1) takeoff(1000)
+    if(n > 60) goto(2000, -1000, 1500)
+}
+";
+    let more = "duration = 30\n[[robots]]\npositions = [[0, 0]]\nheading = 0\n\
+                settings = [\"height_mm=700\", \"speed_mm_s=400\", \"fence_front_mm=600\", \
+                \"fence_right_mm=100\"]";
+    let (_, poses) = fly("settings", "flight", "", script, more);
+    let end = poses.last().unwrap();
+    assert!(distance(end, &[600.0, -100.0, 700.0, 0.0]) < 60.0, "{end:?}");
+    let steps = poses.windows(2).map(|pair| distance(&pair[0], &pair[1]));
+    let speed_mm_s = 10.0 * steps.fold(0.0, f32::max);
+    assert!(speed_mm_s < 700.0, "{speed_mm_s}");
+    let highest = poses.iter().map(|pose| pose[2]).fold(0.0, f32::max);
+    assert!(highest < 750.0, "{highest}");
+}

@@ -144,14 +144,14 @@ fn settings_are_written() {
     ] {
         let outcome = probe_rs::bbz(&folder, &[&ZOOIDS[..], &["--set", wrong]].concat());
         assert_eq!(outcome.status, Some(3));
-        let error = format!("the Zooid cannot be set by `--set {wrong}`: {reason}");
+        let error = format!("the Zooid does not take the setting `{wrong}`: {reason}");
         assert!(outcome.stderr.contains(&error), "{}", outcome.stderr);
         assert!(outcome.stderr.contains("minimum_duty=1 to minimum_duty=60"), "{}", outcome.stderr);
     }
     let twice = ["--set", "range_mm=1", "--set", "range_mm=2"];
     let outcome = probe_rs::bbz(&folder, &[&ZOOIDS[..], &twice].concat());
     assert_eq!(outcome.status, Some(3));
-    let error = "`--set range_mm=2`: another `--set` gives this setting a value";
+    let error = "the setting `range_mm=2`: it is given twice";
     assert!(outcome.stderr.contains(error), "{}", outcome.stderr);
     let outcome = probe_rs::bbz(&folder, &[&FLASH[..], &["--set", "x=1"]].concat());
     assert_eq!(outcome.status, Some(3));

@@ -186,7 +186,7 @@ fn wrong_command_lines_are_reported() {
     let robot = ["flash", "s.bzz", "--robot", "kilobot"];
     for (options, message) in [
         (&["--firmware", "k.hex"][..], "`k.hex` is neither an ELF nor an Intel hex file"),
-        (&["--set", "x=1"], "the Kilobot cannot be set by `--set x=1`: it has no settings"),
+        (&["--set", "x=1"], "the Kilobot does not take the setting `x=1`: it has no settings"),
     ] {
         let outcome = folder.bbz(&[&robot[..], options].concat());
         assert_eq!(outcome.status, Some(3));

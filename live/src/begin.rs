@@ -9,8 +9,8 @@ use bittybuzz_arena::scenario::{
 
 use crate::conditions;
 use crate::page_event::{
-    AssignmentDescription, BeginEvent, ExpectationDescription, GroupDescription, MediumDescription,
-    MovableDescription, ObstacleDescription, PatchDescription, QuantityNames,
+    AssignmentDescription, BeginEvent, ExpectationDescription, FenceDescription, GroupDescription,
+    MediumDescription, MovableDescription, ObstacleDescription, PatchDescription, QuantityNames,
     SurroundingsDescription,
 };
 use crate::relative::relative;
@@ -29,6 +29,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         slots: Some(group.robot.vm.slots),
         wind: group.model.wind_mm_s().map(|wind| wind.map(|part| f64::from(part.round()))),
         surroundings: group.model.unusual_surroundings().into_iter().map(surroundings).collect(),
+        fence: group.model.fence_mm().map(fence),
     });
     let expects = setup.expects().iter().map(|bound| {
         let expect = &bound.expect;
@@ -61,6 +62,15 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         scripts: None,
         controls: None,
         stops_on_error: None,
+    }
+}
+
+fn fence([least, most]: [[f32; 3]; 2]) -> FenceDescription {
+    let limit = |mm: f32| mm.is_finite().then(|| f64::from(mm.round()));
+    FenceDescription {
+        least: [limit(least[0]), limit(least[1])],
+        most: [limit(most[0]), limit(most[1])],
+        height: limit(most[2]),
     }
 }
 

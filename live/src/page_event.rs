@@ -162,6 +162,20 @@ pub struct GroupDescription {
     pub wind: Option<[f64; 2]>,
     /// The keys of the scenario by which the surroundings of the robots differ from usual ones.
     pub surroundings: Vec<SurroundingsDescription>,
+    /// The box that the robots do not leave in flight.
+    pub fence: Option<FenceDescription>,
+}
+
+/// A box that robots do not leave, in mm. It has no wall where a coordinate is missing.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct FenceDescription {
+    /// The least x and y.
+    pub least: [Option<f64>; 2],
+    /// The greatest x and y.
+    pub most: [Option<f64>; 2],
+    /// The greatest height.
+    pub height: Option<f64>,
 }
 
 /// A number in the scenario that describes the surroundings of robots.

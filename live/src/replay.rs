@@ -173,6 +173,7 @@ fn group(bodies: &[RecordedBody]) -> GroupDescription {
         slots: None,
         wind: None,
         surroundings: Vec::new(),
+        fence: None,
     }
 }
 

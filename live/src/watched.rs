@@ -168,6 +168,7 @@ impl Source for Watched {
             slots: Some(0),
             wind: None,
             surroundings: Vec::new(),
+            fence: None,
         });
         let begin = BeginEvent {
             watched: Some(true),

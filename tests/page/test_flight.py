@@ -28,6 +28,7 @@ name = "fleet"
 count = 3
 first_id = 4
 positions = [[-1000, 0], [0, 0], [1000, 0]]
+settings = ["height_mm=1500", "fence_front_mm=1200", "fence_back_mm=1300", "fence_left_mm=900"]
 
 [[robots]]
 robot = "rover.toml"
@@ -85,6 +86,18 @@ def page(window, tmp_path):
 
 def poses(page):
     return page.locator("#ground section p", has_text=re.compile("^robot "))
+
+
+def test_the_fence_is_shown(page):
+    page.click("#tab-ground")
+    fence = page.locator(".fence")
+    expect(fence.locator("h3")).to_have_text("Fence of fleet")
+    expect(fence.locator("dd")).to_have_text(["-1300 to 1200 mm", "no limit to 900 mm", "0 to 1500 mm"])
+    with page.expect_download() as download:
+        page.click("#drawing")
+    lines = re.findall(r'<line x1="([^"]+)" y1="([^"]+)" x2="([^"]+)" y2="([^"]+)"[^>]*stroke-dasharray', download.value.path().read_text())
+    # Three walls, of which two end with the world where there is no fourth.
+    assert [tuple(map(float, line)) for line in lines] == [(1200, -1500, 1200, 900), (1200, 900, -1300, 900), (-1300, 900, -1300, -1500)]
 
 
 def test_wind_latency_and_wrong_poses_are_shown(page):

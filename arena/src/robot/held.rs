@@ -101,6 +101,10 @@ impl RobotModel for HeldRobot {
         self.of.unusual_surroundings()
     }
 
+    fn fence_mm(&self) -> Option<[[f32; 3]; 2]> {
+        self.of.fence_mm()
+    }
+
     fn emulation(&self) -> Option<Arc<dyn Emulation>> {
         self.of.emulation()
     }

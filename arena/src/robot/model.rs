@@ -72,6 +72,19 @@ pub trait RobotModel: BodyModel + Any {
         Vec::new()
     }
 
+    /// Returns the model of robots with these settings in their flash, by name; `None` if it knows
+    /// nothing of settings, which then have an effect in the firmware only.
+    fn with_settings(&self, settings: &[(&str, u16)]) -> Option<Arc<dyn RobotModel>> {
+        let _ = settings;
+        None
+    }
+
+    /// Returns the lower and the upper corner in mm of the box that the robots do not leave in flight;
+    /// coordinates without a limit are infinite. `None` if there is no such box.
+    fn fence_mm(&self) -> Option<[[f32; 3]; 2]> {
+        None
+    }
+
     /// Returns true if the robots get poses from a source outside of them, which can be wrong.
     fn has_outside_poses(&self) -> bool {
         false

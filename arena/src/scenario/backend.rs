@@ -140,8 +140,8 @@ fn in_vm(section: &Section<'_>) -> Option<Backend> {
     None
 }
 
-/// Keys about scripts, which do not exist with `image`.
-const OF_SCRIPTS: [&str; 3] = ["script", "firmware", "profile"];
+/// Keys about scripts and about the flash of our firmware, which do not exist with `image`.
+const OF_SCRIPTS: [&str; 4] = ["script", "firmware", "profile", "settings"];
 
 /// Reads the keys of robots with a foreign image.
 fn image_section(

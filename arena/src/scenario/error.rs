@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use bittybuzz_robot_spec::RobotError;
+use bittybuzz_robot_spec::{RobotError, SettingError};
 use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
 use crate::robot::step_rates;
@@ -130,6 +130,10 @@ pub enum ScenarioCause {
     NoPoses { key: &'static str, group: String },
     /// Labels are exchanged of other than two robots of one group.
     NotTwoOfAGroup,
+    /// A setting in flash that the robot does not take.
+    Setting { error: Box<SettingError> },
+    /// Settings in flash of robots whose model has none.
+    NoSettings,
     /// A quantity that cannot be read from an emulated robot.
     Unseen { quantity: String },
     /// A command loads a script into a run that has no compiler.
@@ -317,6 +321,10 @@ impl fmt::Display for ScenarioCause {
             }
             ScenarioCause::NotEmulated { key } => {
                 write!(f, "`{key}` cannot be had of robots that run firmware")
+            }
+            ScenarioCause::Setting { error } => error.fmt(f),
+            ScenarioCause::NoSettings => {
+                write!(f, "`settings` have no effect in this model of the robots")
             }
             ScenarioCause::NoPoses { key, group } => {
                 write!(
@@ -514,6 +522,10 @@ impl toml_reader::Cause for ScenarioCause {
             ScenarioCause::NotEmulated { .. } => {
                 Some("backend = \"vm\" has it; emulated robots can be moved, fail, be restarted and cut off, and lose packets".to_owned())
             }
+            ScenarioCause::Setting { error } => Some(error.help()),
+            ScenarioCause::NoSettings => Some(
+                "backend = \"firmware\" has them, and fidelity = \"flight\" those of a flight".to_owned(),
+            ),
             ScenarioCause::NoPoses { .. } => Some(
                 "fidelity = \"flight\" with positioning = \"capture\", \"lighthouse\" or \"loco\" has them"
                     .to_owned(),

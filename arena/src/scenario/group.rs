@@ -61,6 +61,9 @@ pub struct Group {
     pub brown_out_every: Option<f64>,
     /// The settings of the robots' frames that differ from those of the medium.
     pub link: MediumSettings,
+    /// The settings in the robots' flash, in the order of the robot file; none if the scenario has no
+    /// `settings`.
+    pub settings: Vec<Option<u16>>,
     /// The place of the group in the file.
     pub place: Place,
 }

@@ -181,6 +181,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "present" "true or false" "true" "false: the robots are absent until they `join`",
             "model" "table" "see [body]" "settings of these robots that differ from [body]",
             "link" "table" "see [medium]" "settings of these robots' frames that differ from [medium]",
+            "settings" "list of words" "" "settings in the robots' flash, as `bbz flash --set` takes them: \"NAME=NUMBER\"",
         ],
     },
     SectionKeys {

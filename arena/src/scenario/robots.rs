@@ -175,6 +175,20 @@ fn group(
     if let (Some(robot), Some(model), Some(Backend::Vm)) = (&robot, &model, &backend) {
         check_effects(section, robot, &**model);
     }
+    let settings = settings(section, robot.as_deref());
+    let model = match (model, &robot, settings.is_empty()) {
+        (Some(model), Some(robot), false) => {
+            let with = model.with_settings(&robot.named_settings(&settings));
+            if with.is_none() && matches!(backend, Some(Backend::Vm)) {
+                section
+                    .get("settings")
+                    .expect("the settings are not empty")
+                    .fail(ScenarioCause::NoSettings);
+            }
+            Some(with.unwrap_or(model))
+        }
+        (model, ..) => model,
+    };
     // The emulator moves the bodies of robots that fly in it.
     let has_flight = |model: &dyn RobotModel| model.emulation().is_some_and(|own| own.flies());
     let is_image = matches!(backend, Some(Backend::Image(_)));
@@ -243,7 +257,21 @@ fn group(
         brown_out_every: section.number("brown_out_every", 0.1..=1e9),
         model: model?,
         link: link?,
+        settings,
         place,
+    })
+}
+
+/// Reads the settings in the robots' flash. Returns none after an error.
+fn settings(section: &Section<'_>, robot: Option<&Robot>) -> Vec<Option<u16>> {
+    let (Some(entry), Some(robot)) = (section.get("settings"), robot) else { return Vec::new() };
+    let assignments = entry.list().and_then(|list| {
+        list.iter().map(|one| one.string().map(str::to_owned)).collect::<Option<Vec<_>>>()
+    });
+    let values = robot.setting_values(&assignments.unwrap_or_default());
+    values.unwrap_or_else(|error| {
+        entry.fail(ScenarioCause::Setting { error: Box::new(error) });
+        Vec::new()
     })
 }
 

@@ -273,6 +273,20 @@ name: string,
  */
 value: string, };
 
+export type FenceDescription = { 
+/**
+ * The least x and y.
+ */
+least: [number | null, number | null], 
+/**
+ * The greatest x and y.
+ */
+most: [number | null, number | null], 
+/**
+ * The greatest height.
+ */
+height: number | null, };
+
 export type FrameDescription = { 
 /**
  * The name of the function.
@@ -309,7 +323,11 @@ wind: [number, number] | null,
 /**
  * The keys of the scenario by which the surroundings of the robots differ from usual ones.
  */
-surroundings: Array<SurroundingsDescription>, };
+surroundings: Array<SurroundingsDescription>, 
+/**
+ * The box that the robots do not leave in flight.
+ */
+fence: FenceDescription | null, };
 
 export type HandlerDescription = { trigger: TriggerDescription, function: ValueDescription, };
 

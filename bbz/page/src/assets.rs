@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 30] = [
+const ASSETS: [Asset; 31] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("buzz.js", SCRIPT),
@@ -38,6 +38,7 @@ const ASSETS: [Asset; 30] = [
     asset!("editor.js", SCRIPT),
     asset!("element.js", SCRIPT),
     asset!("fault.js", SCRIPT),
+    asset!("fence.js", SCRIPT),
     asset!("grading.js", SCRIPT),
     asset!("ground.js", SCRIPT),
     asset!("log.js", SCRIPT),

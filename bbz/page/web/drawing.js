@@ -1,5 +1,6 @@
 // The world as a drawing: SVG text, for papers.
 
+import { edgesOf } from "./fence.js";
 import { placedMovables, RING } from "./obstacles.js";
 import { groundColor, paintColor } from "./paint.js";
 
@@ -8,7 +9,7 @@ const MARGIN = 30;
 
 /**
  * @import { ObstacleDescription, PatchDescription } from "./events"
- * @import { Color, Place, World } from "./page"
+ * @import { Color, Place, SpacePlace, World } from "./page"
  * @import { View } from "./view.js"
  */
 
@@ -30,6 +31,10 @@ export function drawing(view) {
         parts.push(`<circle cx="${x}" cy="${y}" r="14" ${paint(colors.light)} opacity="${Math.max(0.3, Math.min(1, brightness / 1023))}"/>`);
     }
     parts.push(...world.obstacles.map((obstacle) => outline(obstacle, colors.obstacle)));
+    for (const { ground } of world.groups.flatMap(({ fence }) => (fence === null ? [] : edgesOf(fence, world.size)))) {
+        const line = (/** @type {SpacePlace[]} */ [[x, y], [toX, toY]]) => `<line x1="${x}" y1="${y}" x2="${toX}" y2="${toY}" stroke="${rgb(colors.fence)}" stroke-width="4" stroke-dasharray="40"/>`;
+        parts.push(...ground.map(line));
+    }
     for (const disc of placedMovables(world.movables, robots)) {
         const [x, y] = disc.at;
         parts.push(shape(disc, colors.movable), `<circle cx="${x}" cy="${y}" r="${RING * disc.radius}" fill="none" stroke="${rgb(groundColor(world, colors))}" stroke-width="${disc.radius / 10}"/>`);

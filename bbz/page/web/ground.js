@@ -48,7 +48,7 @@ export class Ground {
                 element("button", { type: "button", id: "ask-digest", title: texts.digestHelp, onclick: () => this.askDigest() }, texts.compute),
                 " ", this.digest));
         const losses = element("section", {}, element("h3", {}, texts.losses), ...world.media.map((medium) => this.loss(medium)));
-        part("ground").replaceChildren(element("dl", {}, ...facts), ...this.surroundings(world), losses, this.partition(), this.lamps, this.poses, this.commands, digest);
+        part("ground").replaceChildren(element("dl", {}, ...facts), ...this.surroundings(world), ...this.fences(world), losses, this.partition(), this.lamps, this.poses, this.commands, digest);
         this.show(world);
     }
 
@@ -58,6 +58,20 @@ export class Ground {
         return groups.filter(({ surroundings }) => surroundings.length > 0).map(({ name, surroundings }) =>
             element("section", { class: "surroundings" }, element("h3", {}, texts.surroundings(name ?? "")),
                 element("dl", {}, ...surroundings.map(({ key, value, unit }) => row(key, `${value} ${unit}`)))));
+    }
+
+    // The boxes that robots do not leave in flight.
+    /** @param {World} world */
+    fences({ groups }) {
+        return groups.flatMap(({ name, fence }) => {
+            if (fence === null) {
+                return [];
+            }
+            const [x, y] = fence.least.map((least, axis) => texts.between(least, fence.most[axis]));
+            const height = texts.between(0, fence.height);
+            return element("section", { class: "fence" }, element("h3", {}, texts.fence(name ?? "")),
+                element("dl", {}, row("x", x), row("y", y), row(texts.height, height)));
+        });
     }
 
     // The poses from outside that are wrong.

@@ -176,6 +176,8 @@ export const texts = {
     drawLine: "Draw a line", drawLineHelp: "Drag a line through the world: robots on one side do not hear those on the other",
     cutOff: "Cut off", cutOffHelp: "These robots and all others do not hear each other",
     heal: "Heal", healHelp: "All hear each other again",
+    fence: (/** @type {string} */ group) => `Fence of ${group}`, height: "Height",
+    between: (/** @type {number | null} */ least, /** @type {number | null} */ most) => `${least ?? "no limit"} to ${most ?? "no limit"}${least === null && most === null ? "" : " mm"}`,
     surroundings: (/** @type {string} */ group) => `Surroundings of ${group}`, poses: "Wrong poses from outside",
     poseError: (/** @type {number} */ id, /** @type {number} */ x, /** @type {number} */ y, /** @type {number | null} */ other) =>
         `robot ${id}: ${[...(other === null ? [] : [`those of robot ${other}`]), ...(x === 0 && y === 0 ? [] : [`displaced by ${x}, ${y} mm`])].join(", ")}`,

@@ -2,6 +2,7 @@
 
 import { Camera } from "./camera.js";
 import { inside, part, write } from "./element.js";
+import { Fences } from "./fence.js";
 import { Obstacles } from "./obstacles.js";
 import { drawPaint, groundColor } from "./paint.js";
 import { Robots } from "./recording.js";
@@ -39,6 +40,7 @@ export class View {
         this.scene = new Scene(canvas);
         this.camera = new Camera();
         this.obstacles = new Obstacles(this.scene);
+        this.fences = new Fences(this.scene);
         // A robot has been above the ground.
         this.hasFliers = false;
         /** @type {number | null} */
@@ -123,6 +125,7 @@ export class View {
         this.radii = world.groups.flatMap((group) => Array(group.count).fill(group.radius));
         this.scene.setRadii(this.radii);
         this.obstacles.set(world.obstacles, world.movables, world.size);
+        this.fences.set(world.groups.flatMap(({ fence }) => fence ?? []), world.size);
         // A world that was edited may have fewer robots.
         const known = (/** @type {number | null} */ robot) => (robot !== null && robot < this.radii.length ? robot : null);
         this.chosen = known(this.chosen);
@@ -265,6 +268,7 @@ export class View {
             scene.add(...at, ...this.dot(14), 0, SHAPES.ring, fade(colors.light, 0.8));
         }
         this.obstacles.draw({ ...colors, ground: groundColor(world, colors) }, this.robots);
+        this.fences.draw(colors.fence);
     }
 
     drawMessages() {
@@ -575,7 +579,7 @@ function readColors() {
     };
     return {
         outside: color("--outside"), ground: color("--ground"), black: color("--black"), white: color("--white"), grid: color("--grid"), edge: color("--edge"),
-        obstacle: color("--obstacle"), movable: color("--movable"), light: color("--light"), chosen: color("--mark"), link: color("--accent"),
+        obstacle: color("--obstacle"), fence: color("--fence"), movable: color("--movable"), light: color("--light"), chosen: color("--mark"), link: color("--accent"),
         compared: COMPARED.map(color),
         states: ["--running", "--stopped", "--failed", "--faulted"].map(color),
     };

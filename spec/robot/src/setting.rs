@@ -63,7 +63,7 @@ impl SettingError {
 
 impl Display for SettingError {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the {} cannot be set by `--set {}`: ", self.robot, self.assignment)?;
+        write!(f, "the {} does not take the setting `{}`: ", self.robot, self.assignment)?;
         match self.cause {
             SettingCause::NoSettings => f.write_str("it has no settings"),
             SettingCause::NoAssignment => f.write_str("it is not of the form NAME=NUMBER"),
@@ -71,7 +71,7 @@ impl Display for SettingError {
             SettingCause::Beyond { least, most } => {
                 write!(f, "the value is no whole number from {least} to {most}")
             }
-            SettingCause::Repeated => f.write_str("another `--set` gives this setting a value"),
+            SettingCause::Repeated => f.write_str("it is given twice"),
         }
     }
 }
@@ -89,17 +89,39 @@ impl Robot {
         &self,
         assignments: &[String],
     ) -> Result<Option<(u32, Vec<u8>)>, SettingError> {
-        let Some(first) = assignments.first() else { return Ok(None) };
-        let layout = self.layout.as_ref();
-        let region = layout
-            .and_then(|layout| layout.settings)
-            .ok_or_else(|| self.refused(first, SettingCause::NoSettings))?;
+        let values = self.setting_values(assignments)?;
+        Ok(self.settings_part(&values))
+    }
+
+    /// Returns the values of all settings for assignments such as `range_mm=300`, in the order of the
+    /// robot file. Returns no values without assignments.
+    ///
+    /// # Errors
+    /// As of [`Robot::settings_content`].
+    pub fn setting_values(&self, assignments: &[String]) -> Result<Vec<Option<u16>>, SettingError> {
+        let Some(first) = assignments.first() else { return Ok(Vec::new()) };
+        if self.layout.as_ref().is_none_or(|layout| layout.settings.is_none()) {
+            return Err(self.refused(first, SettingCause::NoSettings));
+        }
         let mut values = vec![None; self.settings.len()];
         for assignment in assignments {
             self.assign(assignment, &mut values)
                 .map_err(|cause| self.refused(assignment, cause))?;
         }
-        Ok(Some((region.address, Layout::settings_section(&values))))
+        Ok(values)
+    }
+
+    /// Returns the names of the settings that have a value, and the values.
+    pub fn named_settings(&self, values: &[Option<u16>]) -> Vec<(&str, u16)> {
+        let all = self.settings.iter().zip(values);
+        all.filter_map(|(setting, value)| Some((setting.name.as_str(), (*value)?))).collect()
+    }
+
+    /// Returns the address of the settings region and its first bytes for the values of
+    /// [`Robot::setting_values`]. Returns `None` without values.
+    pub fn settings_part(&self, values: &[Option<u16>]) -> Option<(u32, Vec<u8>)> {
+        let region = self.layout.as_ref()?.settings.filter(|_| !values.is_empty())?;
+        Some((region.address, Layout::settings_section(values)))
     }
 
     fn assign(&self, assignment: &str, values: &mut [Option<u16>]) -> Result<(), SettingCause> {

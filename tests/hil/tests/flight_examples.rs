@@ -1,12 +1,13 @@
 //! The examples of flights on the robots' own image: what their scenarios expect comes true there as in virtual machines.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use bittybuzz_arena::run::{Program, Setup, Simulation};
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
-use bittybuzz_hil::{Core, crazyflie};
+use bittybuzz_hil::{Core, ScriptFile, crazyflie};
 use bittybuzz_tests::{bbz, files};
 
 /// The least distance between the middles of two robots in flight, in mm.
@@ -23,6 +24,10 @@ pub fn fly(path: &str, keys: &[String]) -> f32 {
     let set = [&image[..], keys].concat();
     let scenario = Scenario::open(&bbz::root().join(path), &set, &bittybuzz_robot_models::all())
         .unwrap_or_else(|errors| panic!("{path}: {errors:#?}"));
+    fly_scenario(path, scenario)
+}
+
+fn fly_scenario(path: &str, scenario: Scenario) -> f32 {
     let programs: Vec<Program> = scenario.groups.iter().map(program).collect();
     let setup = Setup::new(scenario, programs).unwrap();
     let setup = setup.emulated_by("crazyflie", Core::Unicorn.program().to_owned());
@@ -77,6 +82,26 @@ fn examples_fly_on_the_image() {
         let least_mm = fly(&format!("examples/flight/{name}.toml"), &[]);
         assert!(least_mm > APART_MM, "{name}: {least_mm} mm");
     }
+}
+
+/// The settings of a group are written to the flash of its robots.
+#[test]
+fn an_image_has_the_settings_of_its_scenario() {
+    let script = "n = 0\nfunction step() {\n n = n + 1\n if(n == 25) takeoff(1000.0)\n \
+                  if(n == 26) goTo(2000.0, -1000.0, 1500.0)\n}\n";
+    let script = ScriptFile::new("scenario-settings", script);
+    let text = format!(
+        "[world]\nsize = [6000, 6000]\nduration = 18\n[body.crazyflie]\narmed = true\n\
+         fidelity = \"flight\"\npositioning = \"capture\"\n[[robots]]\nrobot = \"crazyflie\"\n\
+         script = '{}'\npositions = [[0, 0]]\nheading = 0\nbackend = \"firmware\"\nfirmware = '{}'\n\
+         settings = [\"height_mm=700\", \"fence_front_mm=600\", \"fence_right_mm=100\"]\n\
+         [[expect]]\nat = 18\nvalue = \"distance(600, -100)\"\nbelow = 60\n\
+         [[expect]]\nat = 18\nvalue = \"z\"\nbetween = [640, 760]\n",
+        script.path(),
+        crazyflie().display()
+    );
+    let read = Scenario::parse(&text, "s.toml", Path::new(""), &[], &bittybuzz_robot_models::all());
+    fly_scenario("s.toml", read.unwrap_or_else(|errors| panic!("{errors:#?}")));
 }
 
 /// `cargo xtask soak examples` runs it.

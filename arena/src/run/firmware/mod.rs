@@ -98,7 +98,15 @@ impl Firmware {
             let flash = FlashJob { firmware: image, script, robot, media: &media };
             let shared = match foreign {
                 Some(_) => Vec::new(),
-                None => emulation.sections(&flash).map_err(failed)?,
+                None => {
+                    let mut sections = emulation.sections(&flash).map_err(failed)?;
+                    if let Some((address, bytes)) = robot.settings_part(&group.settings) {
+                        // A setting of the scenario outranks the one that follows from a medium.
+                        sections.retain(|(other, _)| *other != address);
+                        sections.push((address, bytes));
+                    }
+                    sections
+                }
             };
             let known = match all.iter().position(|known| known.model.name() == group.model.name())
             {

@@ -7,7 +7,7 @@ use bittybuzz_arena::engine::{
 };
 
 use bittybuzz_flight::pilot::PilotSettings;
-use bittybuzz_flight::planner::FlightLimits;
+use bittybuzz_flight::planner::{FlightLimits, PositionFence};
 
 use crate::flying::FlyingBody;
 
@@ -141,6 +141,10 @@ pub struct CrazyflieModel {
     pub avoidance: f32,
     /// The surroundings of a robot with a flight controller.
     pub surroundings: FlightSurroundings,
+    /// Highest vertical speed in mm/s of a robot with a flight controller.
+    pub climb: f32,
+    /// The box that a robot with a flight controller does not leave.
+    pub fence: PositionFence,
 }
 
 /// Distance in mm within which a robot feels the downwash of those above it: at 3 m it is 3 % of the
@@ -162,7 +166,32 @@ impl CrazyflieModel {
         armed: false,
         avoidance: 0.0,
         surroundings: FlightSurroundings::CALM,
+        climb: f32::INFINITY,
+        fence: PositionFence::WIDE,
     };
+
+    /// Returns the model with the limits of the flight in a robot's flash, as the firmware applies them.
+    /// Limits that are no setting of the robot file do not exist: the file has read the names.
+    pub fn limited(&self, settings: &[(&str, u16)]) -> Self {
+        let mut model = *self;
+        let (mut least_m, mut most_m) = (self.fence.least_m(), self.fence.most_m());
+        for (name, value) in settings {
+            let mm = f32::from(*value);
+            match *name {
+                "speed_mm_s" => model.speed = model.speed.min(mm),
+                "climb_mm_s" => model.climb = mm,
+                "height_mm" => most_m.z = mm / 1000.0,
+                "fence_front_mm" => most_m.x = mm / 1000.0,
+                "fence_back_mm" => least_m.x = -mm / 1000.0,
+                "fence_left_mm" => most_m.y = mm / 1000.0,
+                "fence_right_mm" => least_m.y = -mm / 1000.0,
+                _ => {}
+            }
+        }
+        model.fence = PositionFence::new(least_m, most_m)
+            .expect("the settings of all sides are distances from the origin");
+        model
+    }
 
     /// Returns the settings of the pilot: those of a Crazyflie, with the speed and the acceleration
     /// of this model. A flight controller does not exceed what its airframe can do.
@@ -180,7 +209,7 @@ impl CrazyflieModel {
         let lag_rate_s = standard.limits.jerk_m_s3 / standard.limits.acceleration_m_s2;
         let limits = FlightLimits {
             speed_m_s,
-            climb_m_s: standard.limits.climb_m_s.min(speed_m_s),
+            climb_m_s: standard.limits.climb_m_s.min(speed_m_s).min(self.climb / 1000.0),
             acceleration_m_s2,
             jerk_m_s3: acceleration_m_s2 * lag_rate_s,
             ..standard.limits

@@ -317,8 +317,9 @@ impl Body for FlyingBody {
         let mut drone = Drone::new(airframe, seed);
         let [x_m, y_m] = [pose.x, pose.y].map(|mm| f64::from(mm) / 1000.0);
         drone.stand(0.0, x_m, y_m, pose.heading.into());
+        let limits = model.pilot().limits;
         let settings =
-            StackSettings { limits: model.pilot().limits, ..StackSettings::CRAZYFLIE_2_1_PLUS };
+            StackSettings { limits, fence: model.fence, ..StackSettings::CRAZYFLIE_2_1_PLUS };
         let stack = Box::new(FlightStack::new(settings, &standing(&drone)));
         let controls = FlightControls {
             stack,

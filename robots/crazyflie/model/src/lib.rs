@@ -22,6 +22,7 @@ use bittybuzz_arena::robot::{
 use bittybuzz_arena::scenario::Section;
 use bittybuzz_arena::scenario::keys::{RADIUS, SectionKeys};
 use bittybuzz_arena::scenario_keys;
+use bittybuzz_flight::planner::PositionFence;
 use bittybuzz_robot_spec::RobotFunction;
 
 pub use body::{CrazyflieModel, Fidelity, Flight, FlightSurroundings, Positioning, Velocity};
@@ -108,6 +109,22 @@ impl RobotModel for CrazyflieModel {
         around.latency = number("latency", 0.0..=150.0).unwrap_or(around.latency);
         around.latency_sway = number("latency_sway", 0.0..=1.0).unwrap_or(around.latency_sway);
         Arc::new(model)
+    }
+
+    fn with_settings(&self, settings: &[(&str, u16)]) -> Option<Arc<dyn RobotModel>> {
+        // Without a flight controller, robots have no limits of the flight.
+        (self.fidelity == Fidelity::Flight).then(|| Arc::new(self.limited(settings)) as _)
+    }
+
+    fn fence_mm(&self) -> Option<[[f32; 3]; 2]> {
+        let [least, most] = [self.fence.least_m(), self.fence.most_m()].map(<[f32; 3]>::from);
+        let wide = PositionFence::WIDE;
+        let [none_least, none_most] = [wide.least_m(), wide.most_m()].map(<[f32; 3]>::from);
+        let limit =
+            |at: f32, none: f32| if at == none { none * f32::INFINITY } else { at * 1000.0 };
+        let corner =
+            |at: [f32; 3], none: [f32; 3]| [0, 1, 2].map(|axis| limit(at[axis], none[axis]));
+        (self.fence != wide).then(|| [corner(least, none_least), corner(most, none_most)])
     }
 
     fn effect(&self, function: &RobotFunction) -> Option<Effect> {
