@@ -156,6 +156,7 @@ fn keys_without_effect_on_an_image_are_refused() {
         ("script = \"s.bzz\"\n", "9:10", &["`script` has no effect on robots", "runs scripts"][..]),
         ("firmware = \"good.elf\"\n", "9:12", &["`firmware` has no effect", "leave out"]),
         ("profile = \"full\"\n", "9:11", &["`profile` has no effect"]),
+        ("settings = [\"height_mm=300\"]\n", "9:12", &["`settings` has no effect"]),
         ("on_fault = \"stop\"\n", "9:12", &["`on_fault` cannot be had"]),
         ("present = false\n", "9:11", &["`present = false` cannot be had"]),
         ("door = 0\n", "9:8", &["`door` cannot be 0", "from 1 to 65535"]),
