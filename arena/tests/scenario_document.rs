@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use bittybuzz_arena::engine::{Infrared, LinkSettings, Nrf24Medium, P2p};
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_arena::scenario::keys::{BODY, SECTIONS, SectionKey, SectionKeys};
 
@@ -50,6 +51,33 @@ fn documented_keys_agree_with_the_code() {
         keys -= section.map_or(0, |section| section.keys.len());
     }
     assert_eq!(rows, keys, "docs/scenario.md has rows for keys that do not exist");
+}
+
+/// The numbers that stand in the place of missing keys are those of the engine.
+#[test]
+fn documented_numbers_of_the_media_are_those_of_the_engine() {
+    let ir = Infrared::STANDARD;
+    let (nrf24, p2p) = (Nrf24Medium::STANDARD.link, P2p::STANDARD.link);
+    let loss = |link: &LinkSettings| format!("[{}, {}]", link.loss.near, link.loss.far);
+    assert_eq!((nrf24.range, p2p.range), (None, None));
+    let rate = 1e6 / (f64::from(ir.tx_period) * 128.0);
+    let of_radio = [
+        ("range", "nrf24, p2p: no limit; rab: of the robot file".to_owned()),
+        ("loss", format!("nrf24: {}; p2p: {}; rab: of the robot file", loss(&nrf24), loss(&p2p))),
+    ];
+    let of_ir = [
+        ("range", ir.link.range.unwrap().to_string()),
+        ("loss", loss(&ir.link)),
+        ("rate", format!("{rate:.0}")),
+        ("distance_error", ir.distance_sigma.to_string()),
+    ];
+    for (name, rows) in [("[medium.ir]", &of_ir[..]), ("[medium.nrf24]", &of_radio)] {
+        let section = SECTIONS.iter().find(|section| section.name == name).unwrap();
+        for (key, default) in rows {
+            let row = section.keys.iter().find(|row| row.name == *key).unwrap();
+            assert_eq!(row.default, default, "{name} {key}");
+        }
+    }
 }
 
 #[test]

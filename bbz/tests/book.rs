@@ -19,7 +19,8 @@ struct Script {
 
 fn pages() -> Vec<Page> {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
-    let mut paths = vec![docs.join("language.md")];
+    let mut paths: Vec<PathBuf> =
+        ["language.md", "debugging.md", "data.md"].map(|name| docs.join(name)).into();
     let lessons = fs::read_dir(docs.join("lessons")).unwrap();
     paths.extend(lessons.map(|entry| entry.unwrap().path()));
     paths.sort();

@@ -34,7 +34,7 @@ fn solutions_hold_and_other_answers_fail() {
         let count = wrong.iter().filter(|(of, ..)| of == lesson).count();
         assert!(count >= 4, "{lesson} has {count} wrong answers");
     }
-    let folder = Folder::new();
+    let folder = Folder::new("answers");
     let mut answers = Vec::new();
     for lesson in lessons {
         let (name, of) = ("what learners get".to_owned(), lesson.clone());
@@ -52,18 +52,54 @@ fn solutions_hold_and_other_answers_fail() {
     report::conclude("answers", answers.len(), 60, &failures);
 }
 
-/// Runs an answer with all seeds.
-fn check(answer: &Answer) -> Option<String> {
-    let Answer { lesson, name, script, succeeding } = answer;
+/// The plans for teachers list every wrong answer with the expectations that fail.
+#[test]
+fn plans_name_the_lights_of_wrong_answers() {
+    bbz::path();
+    let plans = files::read("docs/lessons/teachers.md");
+    let folder = Folder::new("plans");
+    let wrong: Vec<_> = wrong_answers().into_iter().enumerate().collect();
+    let check = |(number, (lesson, mistake, text)): &(usize, (String, String, String))| {
+        let path = folder.0.join(format!("{number}.bzz"));
+        fs::write(&path, text).unwrap();
+        let outcome = run(lesson, Some(&path.display().to_string()), &["--headless"]);
+        let failed = outcome.stdout.lines().filter(|line| line.starts_with("FAILED "));
+        // FAILED  examples/lessons/rhythm.toml:34: first_dark: all: led equals 0, ...
+        let names = failed.map(|line| format!("`{}`", line.split(": ").nth(1).unwrap()));
+        let row = format!("| {mistake} | {} |", names.collect::<Vec<_>>().join(", "));
+        let title = title(lesson);
+        let section = plans.split("\n## ").find(|section| section.contains(&title));
+        let is_listed = section.is_some_and(|section| section.contains(&row));
+        (!is_listed).then(|| format!("{lesson} needs this row: {row}"))
+    };
+    let failures: Vec<_> = files::in_parallel(&wrong, check).into_iter().flatten().collect();
+    report::conclude("wrong answers", wrong.len(), 60, &failures);
+}
+
+/// Returns the title of a lesson's assignment.
+fn title(lesson: &str) -> String {
+    let text = files::read(&format!("examples/lessons/{lesson}.toml"));
+    let title = text.lines().find_map(|line| line.strip_prefix("title = \""));
+    title.unwrap().trim_end_matches('"').to_owned()
+}
+
+/// Runs an answer.
+fn run(lesson: &str, script: Option<&str>, more: &[&str]) -> bbz::Outcome {
     let path = format!("examples/lessons/{lesson}.toml");
-    let seeds = SEEDS.to_string();
-    let mut arguments = vec!["sim".to_owned(), path.clone(), "--runs".to_owned(), seeds];
+    let mut arguments = vec!["sim".to_owned(), path.clone()];
+    arguments.extend(more.iter().map(|&argument| argument.to_owned()));
     if let Some(script) = script {
         let groups = files::read(&path).matches("\n[[robots]]\n").count();
         let values = (0..groups).map(|group| format!("robots.{group}.script={script}"));
         arguments.extend(values.flat_map(|value| ["--set".to_owned(), value]));
     }
-    let outcome = bbz::run(&arguments, &[]);
+    bbz::run(&arguments, &[])
+}
+
+/// Runs an answer with all seeds.
+fn check(answer: &Answer) -> Option<String> {
+    let Answer { lesson, name, script, succeeding } = answer;
+    let outcome = run(lesson, script.as_deref(), &["--runs", &SEEDS.to_string()]);
     let wanted = format!(": {succeeding} of {SEEDS} runs succeeded\n");
     let is_right = outcome.stdout.contains(&wanted);
     (!is_right).then(|| format!("{lesson}, {name}:\n{}{}", outcome.stdout, outcome.stderr))
@@ -84,8 +120,8 @@ fn lessons() -> Vec<String> {
 struct Folder(PathBuf);
 
 impl Folder {
-    fn new() -> Self {
-        let path = std::env::temp_dir().join(format!("bbz-lessons-{}", std::process::id()));
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("bbz-{name}-{}", std::process::id()));
         fs::create_dir_all(&path).unwrap();
         Folder(path)
     }

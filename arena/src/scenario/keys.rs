@@ -79,18 +79,23 @@ pub const RADIUS: RangeInclusive<f64> = 1.0..=10_000.0;
 /// Standard deviations of motors' gains.
 pub const GAIN_ERROR: RangeInclusive<f64> = 0.0..=1.0;
 
-/// The keys of infrared, which measures distances and has a rate. The last two keys do not apply to
-/// radios.
+/// The keys of infrared, which measures distances and has a rate.
 const IR_KEYS: &[SectionKey] = scenario_keys![
-    "range" "number" "of the model" "largest distance of reception in mm; ir: between the rims, radio: between the centers",
-    "loss" "0 to 1 or [near, far]" "of the model" "share of lost frames on each link: one value for all distances, or for robots that touch and for the largest distance",
+    "range" "number" "70" "largest distance of reception in mm, between the rims",
+    "loss" "0 to 1 or [near, far]" "[0.05, 0.15]" "share of lost frames on each link: one value for all distances, or for robots that touch and for the largest distance",
     "duplication" "0 to 1" "0" "share of frames that arrive twice",
     "reordering" "0 to 1" "0" "share of frames that arrive up to half a second late",
-    "rate" "number" "of the preset" "frames per second that a robot can send",
-    "distance_error" "number" "of the preset" "standard deviation of measured distances in mm",
+    "rate" "number" "2" "frames per second that a robot can send",
+    "distance_error" "number" "2" "standard deviation of measured distances in mm",
 ];
 
-const RADIO_KEYS: &[SectionKey] = IR_KEYS.split_at(IR_KEYS.len() - 2).0;
+/// The keys of radios, and of the link of described robots.
+const RADIO_KEYS: &[SectionKey] = scenario_keys![
+    "range" "number" "nrf24, p2p: no limit; rab: of the robot file" "largest distance of reception in mm, between the centers",
+    "loss" "0 to 1 or [near, far]" "nrf24: [0.01, 0.02]; p2p: [0.01, 0.05]; rab: of the robot file" "share of lost frames on each link: one value for all distances, or for robots that touch and for the largest distance",
+    "duplication" "0 to 1" "0" "share of frames that arrive twice",
+    "reordering" "0 to 1" "0" "share of frames that arrive up to half a second late",
+];
 
 /// Every section.
 pub const SECTIONS: &[SectionKeys] = &[
