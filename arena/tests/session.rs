@@ -143,3 +143,27 @@ fn a_session_cannot_go_before_its_start() {
     assert!(matches!(session.go_to(29), Err(NoWayBack::BeforeBeginning(30))));
     session.go_to(30).unwrap();
 }
+
+/// A copy goes the way of the session, which stays where it is.
+#[test]
+fn a_copy_before_a_tick_goes_the_way_of_the_session() {
+    for bytes in [usize::MAX, 0] {
+        let run = Simulation::new(setup("session_copy", ""), 5, 1).unwrap();
+        let mut session = Session::with_bytes(run, 5, bytes);
+        let digests = play(&mut session, |session| {
+            if session.run().now() % 17 == 3 {
+                session.command("move = 5\nto = [300, 300]").unwrap();
+            }
+        });
+        session.go_to(70).unwrap();
+        for tick in [0, 3, 50, 70, 95] {
+            let mut copy = session.copy_before(tick).unwrap();
+            assert!(copy.now() <= tick);
+            while copy.now() < tick {
+                copy.tick().unwrap();
+            }
+            assert_eq!(copy.digest(), digests[tick as usize], "{bytes} bytes, {tick}");
+        }
+        assert_eq!(session.run().digest(), digests[70]);
+    }
+}

@@ -162,12 +162,35 @@ impl Session {
     /// Goes to the known state before a tick from which the way to the tick is the shortest.
     /// [`advance_unseen`](Self::advance_unseen) does the rest of the way.
     pub fn approach(&mut self, tick: u64) -> Result<(), NoWayBack> {
+        if !self.is_nearest(tick) {
+            self.run = self.earlier(tick)?;
+        }
+        Ok(())
+    }
+
+    /// Returns a run of its own in the state to which [`approach`](Self::approach) goes, without
+    /// moving the session.
+    pub fn copy_before(&self, tick: u64) -> Result<Simulation, NoWayBack> {
+        match self.is_nearest(tick) {
+            true => self.run.snapshot().ok_or(NoWayBack::Emulated),
+            false => self.earlier(tick),
+        }
+    }
+
+    /// Returns true if no copy is nearer to a tick than the run, from where the way leads forward.
+    fn is_nearest(&self, tick: u64) -> bool {
         let now = self.run.now();
-        let nearest = self.copies.iter().rfind(|copy| copy.now() <= tick);
-        let is_nearer = |copy: &&Simulation| tick < now || copy.now() > now;
-        let mut taken = match nearest.filter(is_nearer) {
+        tick >= now && self.nearest(tick).is_none_or(|copy| copy.now() <= now)
+    }
+
+    fn nearest(&self, tick: u64) -> Option<&Simulation> {
+        self.copies.iter().rfind(|copy| copy.now() <= tick)
+    }
+
+    /// Returns the state of the nearest copy before a tick, or else the beginning.
+    fn earlier(&self, tick: u64) -> Result<Simulation, NoWayBack> {
+        let mut taken = match self.nearest(tick) {
             Some(copy) => copy.snapshot().ok_or(NoWayBack::Emulated)?,
-            None if tick >= now => return Ok(()),
             None => match self.beginning {
                 Beginning::Built => self.run.anew(),
                 Beginning::Emulated => return Err(NoWayBack::Emulated),
@@ -178,8 +201,7 @@ impl Session {
             },
         };
         taken.copy_commands(&self.run);
-        self.run = taken;
-        Ok(())
+        Ok(taken)
     }
 
     /// Simulates 100 ms and discards the lines that scripts log.
