@@ -7,6 +7,7 @@ use bittybuzz_arena::scenario::{
     Group, MovableSection, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape,
 };
 
+use crate::band;
 use crate::conditions;
 use crate::page_event::{
     AssignmentDescription, BeginEvent, ExpectationDescription, FenceDescription, GroupDescription,
@@ -34,7 +35,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
     let expects = setup.expects().iter().map(|bound| {
         let expect = &bound.expect;
         let (name, text) = (expect.name.clone(), expect.to_string());
-        ExpectationDescription { name, text, line: expect.place.line }
+        ExpectationDescription { name, text, line: expect.place.line, band: band::describe(expect) }
     });
     let assignment = scenario.assignment.as_ref().map(|assignment| AssignmentDescription {
         title: assignment.title.clone(),

@@ -41,3 +41,12 @@ pub fn describe(run: &Simulation) -> ConditionsEvent {
     let (lights, pose_errors) = (lights(run), pose_errors(run));
     ConditionsEvent { lights, pose_errors, commands: commands(run) }
 }
+
+/// Returns the first tick at which two lists of commands differ: the runs go different ways after it.
+/// Returns `None` if they have the same commands.
+pub fn parting(one: &ConditionsEvent, other: &ConditionsEvent) -> Option<u64> {
+    let (one, other) = (&one.commands, &other.commands);
+    let same = one.iter().zip(other).take_while(|(one, other)| one == other).count();
+    let ticks = [one.get(same), other.get(same)].into_iter().flatten().map(|command| command.tick);
+    ticks.min()
+}

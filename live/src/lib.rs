@@ -25,6 +25,8 @@
 //! | `{"command":{"text":"fail = 3"}}` | the command of the text acts at the next tick |
 //! | `{"inspect":{"robot":5}}` | after each sample an event has the memory of the robot with this number; `null`: no more |
 //! | `{"watch":{"messages":true,"quantity":"led"}}` | after each sample an event has the messages since the one before, and one has the quantity, which is written as in `plot` (docs/scenario.md); `false` and `null`: no more |
+//! | `{"series":{"quantities":["led","x"],"robots":[5]}}` | events have points of these curves from the beginning of the run up to now, at most 2,000 each: extremes and quartiles of all robots, and the values of the robots with these numbers. Points of the past are computed next to the session |
+//! | `"stop_series"` | points of the past that are not known yet are not computed |
 //! | `"commands"` | an event has all commands, as the text of `[[event]]`s |
 //! | `"scenario"` | an event has the scenario with all commands as its last events, and with the scripts in it: it replays the session from any folder |
 //! | `{"script":{"name":"walk.bzz"}}` | an event has the text of a script, and the names that it may use |
@@ -60,6 +62,7 @@
 //! memory), listen on a network, draw.
 
 mod backlog;
+mod band;
 mod begin;
 mod compiler_message;
 mod conditions;
@@ -78,6 +81,7 @@ mod relative;
 mod replay;
 mod request;
 mod samples;
+mod series;
 mod set_up;
 mod shelf;
 mod source;

@@ -27,6 +27,7 @@ use crate::page_event::{
 };
 use crate::request::{Request, Texts};
 use crate::samples::Samples;
+use crate::series::{self, Series};
 use crate::source::Source;
 use crate::trials::{self, Grading, TrialPurpose, Trials, Variant};
 use crate::unsaved::{Unsaved, UnsavedStore};
@@ -79,6 +80,7 @@ pub struct Live {
     /// The robot whose memory is sent after each sample.
     inspected: Option<usize>,
     watch: Watch,
+    series: Series,
     /// `None` if scripts cannot be edited.
     drafts: Option<Drafts>,
     unsaved: Unsaved,
@@ -99,6 +101,7 @@ impl Live {
     pub fn new(mut session: Session, scenario: String) -> Self {
         session.keep_post_mortems();
         let conditions = conditions::describe(session.run());
+        let series = Series::new(session.run());
         let mut live = Live {
             session,
             opened: scenario.clone(),
@@ -109,6 +112,7 @@ impl Live {
             seek: None,
             inspected: None,
             watch: Watch::default(),
+            series,
             drafts: None,
             unsaved: Unsaved::default(),
             trials: None,
@@ -208,6 +212,8 @@ impl Live {
                 }
                 return;
             }
+            Request::Series { quantities, robots } => return self.subscribe(quantities, robots),
+            Request::StopSeries => return self.series.stop(),
             Request::StopOnError { on } => {
                 self.stop_on_error = Some(on);
                 return;
@@ -351,6 +357,26 @@ impl Live {
         Ok(Some(quantity))
     }
 
+    /// Subscribes to curves.
+    fn subscribe(&mut self, quantities: Vec<String>, robots: Vec<usize>) {
+        let max = series::CURVES_MAX;
+        if quantities.len() > max || robots.len() > series::ROBOTS_MAX {
+            return self.refuse(&format!("more than {max} curves or robots have no room"), None);
+        }
+        let count = self.session.run().robot_count();
+        if let Some(robot) = robots.iter().find(|robot| **robot >= count) {
+            return self.refuse(&format!("there is no robot with the number {robot}"), None);
+        }
+        let parsed = quantities.into_iter().map(|text| self.quantity(Some(text)));
+        match parsed.collect::<Result<Vec<_>, _>>() {
+            Ok(parsed) => {
+                let quantities = parsed.into_iter().flatten().collect();
+                self.series.subscribe(quantities, robots, self.session.run());
+            }
+            Err(error) => self.refuse_command(&error),
+        }
+    }
+
     /// Simulates a tick, and returns its faults.
     fn simulate(&mut self) -> Vec<FaultEvent> {
         let setup = self.session.run().setup().clone();
@@ -368,6 +394,7 @@ impl Live {
         }
         // The observer has received the lines already.
         self.session.take_log();
+        self.series.record(self.session.run());
         faults
     }
 
@@ -389,6 +416,7 @@ impl Live {
             if let Err(error) = self.session.advance_unseen() {
                 self.fail(&error);
             }
+            self.series.record(self.session.run());
         }
         let at = self.session.run().now();
         if at < seek.to && !self.has_failed {
@@ -451,9 +479,21 @@ impl Live {
     /// Starts the run again from the beginning.
     fn restart(&mut self, texts: &Texts, keep_changes: bool) {
         let Some(drafts) = &mut self.drafts else { return self.refuse(NOT_EDITED, None) };
+        let begun = drafts.all_begun().clone();
         let run = self.session.run();
         match edit::begin(drafts, run, &self.scenario, texts, keep_changes) {
             Ok(NewRun { run, scenario, events }) => {
+                // With the same texts, the new run goes the way of the earlier one until commands differ.
+                let programs = run.setup().programs().zip(self.session.run().setup().programs());
+                let is_same = programs.into_iter().all(|(new, old)| new.image == old.image);
+                if is_same && scenario == self.scenario && *drafts.all_begun() == begun {
+                    let conditions = conditions::describe(&run);
+                    if let Some(tick) = conditions::parting(&self.conditions, &conditions) {
+                        self.series.cut(tick);
+                    }
+                } else {
+                    self.series = Series::new(&run);
+                }
                 self.session = self.session.anew(run);
                 self.session.keep_post_mortems();
                 self.scenario = scenario;
@@ -593,6 +633,9 @@ impl Live {
     fn add_conditions(&mut self) {
         let conditions = conditions::describe(self.session.run());
         if self.conditions != conditions {
+            if let Some(tick) = conditions::parting(&self.conditions, &conditions) {
+                self.series.cut(tick);
+            }
             self.events.push(PageEvent::Conditions(conditions.clone()));
             self.conditions = conditions;
         }
@@ -637,6 +680,7 @@ impl Source for Live {
     fn begin(&mut self) {
         self.inspected = None;
         self.watch = Watch::default();
+        self.series.restart();
         self.samples.restart();
         self.verdicts.clear();
         self.trials = None;
@@ -668,13 +712,19 @@ impl Source for Live {
     }
 
     fn advance(&mut self, now: Duration, has_time: &mut dyn FnMut() -> bool) -> bool {
-        let is_late = self.advance_run(now, has_time);
-        let Some(trials) = &mut self.trials else { return is_late };
-        let has_more = trials.advance(&mut self.events, has_time);
-        if !has_more {
-            self.trials = None;
+        let mut has_more = self.advance_run(now, has_time);
+        if let Some(trials) = &mut self.trials {
+            if trials.advance(&mut self.events, has_time) {
+                has_more = true;
+            } else {
+                self.trials = None;
+            }
         }
-        is_late || has_more
+        // A run on its way to a tick records the points itself.
+        if self.seek.is_none() {
+            has_more |= self.series.advance(&self.session, has_time);
+        }
+        has_more
     }
 
     fn tick(&self) -> u64 {
@@ -685,6 +735,7 @@ impl Source for Live {
         // Here and not after each turn, so that a client that does not read has one of each.
         self.add_verdicts();
         self.add_conditions();
+        self.events.extend(self.series.take());
         self.events.take()
     }
 

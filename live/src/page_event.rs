@@ -40,6 +40,12 @@ pub enum PageEvent {
     Messages(MessagesEvent),
     /// The quantity that the client watches.
     Quantity(QuantityEvent),
+    /// Points of a curve.
+    Series(SeriesEvent),
+    /// The run goes another way from a tick on, so that later points of all curves are void.
+    SeriesCut(SeriesCutEvent),
+    /// The progress of curves whose past is computed.
+    SeriesProgress(SeriesProgressEvent),
     /// All commands as text.
     Commands(CommandsEvent),
     /// The session as a scenario.
@@ -276,6 +282,22 @@ pub struct ExpectationDescription {
     pub text: String,
     /// The line of the scenario.
     pub line: usize,
+    /// The values that it wants; `None` if they are not a range of numbers.
+    pub band: Option<BandDescription>,
+}
+
+/// A range of a quantity for some time, in which an expectation wants the robots' values.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct BandDescription {
+    /// The quantity, written as in `plot`.
+    pub quantity: String,
+    /// The first and the last time.
+    pub from: f64,
+    pub to: f64,
+    /// The smallest and the greatest value; `None` if there is no limit.
+    pub low: Option<f64>,
+    pub high: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -467,6 +489,44 @@ pub struct QuantityEvent {
     pub name: String,
     /// A number for each robot, or a single one for the swarm.
     pub values: Vec<Option<f64>>,
+}
+
+/// Points of a curve, which may lie anywhere in it. They replace earlier ones at the same ticks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeriesEvent {
+    /// The quantity, written as in `plot`.
+    pub name: String,
+    /// The unit, if the quantity has one.
+    pub unit: Option<&'static str>,
+    /// The number of ticks from one point of the curve to the next.
+    pub every: u64,
+    /// True if the swarm has a single value.
+    pub is_single: bool,
+    pub ticks: Vec<u64>,
+    /// The extremes, quartiles and median of all robots, in ascending order, for each tick. Empty if
+    /// the client has them, so that only the values of single robots are new.
+    pub five: Vec<[Option<f64>; 5]>,
+    /// The numbers of the robots whose own values follow.
+    pub robots: Vec<usize>,
+    /// The values of these robots for each tick.
+    pub own: Vec<Vec<Option<f64>>>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeriesCutEvent {
+    /// The last tick whose points are valid.
+    pub tick: u64,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SeriesProgressEvent {
+    /// The percentage of the points up to now that are known, of all curves.
+    pub percent: usize,
+    /// The reason why the others stay unknown.
+    pub problem: Option<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

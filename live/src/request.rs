@@ -49,6 +49,17 @@ pub enum Request {
         /// The quantity, written as in `plot`.
         quantity: Option<String>,
     },
+    /// Subscribes to curves: quantities from the beginning of the run up to now. Events have their
+    /// points as they become known.
+    Series {
+        /// The quantities, written as in `plot`. Curves that are not named end.
+        quantities: Vec<String>,
+        /// The numbers of the robots whose own values are in the events, too.
+        #[serde(default)]
+        robots: Vec<usize>,
+    },
+    /// Computes no more points of the past.
+    StopSeries,
     /// Sets whether the run pauses at a fault of a script.
     StopOnError { on: bool },
     /// Requests all commands.

@@ -152,6 +152,11 @@ impl Drafts {
         (messages, has_error)
     }
 
+    /// Returns the texts with which the run began, by their paths.
+    pub fn all_begun(&self) -> &BTreeMap<PathBuf, String> {
+        &self.begun
+    }
+
     /// Returns the text of a script with which the run began.
     pub fn begun(&self, script: &Path) -> Option<&str> {
         self.begun.get(script).map(String::as_str)

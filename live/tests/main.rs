@@ -11,6 +11,7 @@ mod editor;
 mod faults;
 mod live;
 mod recorded;
+mod series;
 mod trials;
 mod watched;
 

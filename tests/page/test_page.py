@@ -419,10 +419,14 @@ def test_log_lines_faults_and_expectations_are_listed(page):
 
 def test_the_keyboard_is_enough(page):
     controls = ["start", "back", "play", "step", "rate", "save", "keys"]
-    display = ["canvas", "color", "messages", "trails", "stop-on-error", "picture", "drawing"]
-    for part in [*controls, *display, "tab-robot", "time"]:
+    display = ["canvas", "color", "add-curve", "messages", "trails", "stop-on-error", "picture", "drawing"]
+    parts = [page.locator(f"#{part}") for part in [*controls, *display, "tab-robot"]]
+    # Each curve has a scale, a table, and an end.
+    curves = page.locator(".curve :is(select, button)")
+    expect(curves).to_have_count(6)
+    for part in [*parts, *curves.all(), page.locator("#time")]:
         page.keyboard.press("Tab")
-        expect(page.locator(f"#{part}")).to_be_focused()
+        expect(part).to_be_focused()
         assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid", part
     page.focus("#canvas")
     page.keyboard.press("n")
@@ -503,59 +507,6 @@ def test_messages_and_quantities_are_drawn(page):
     expect(page.locator("#legend")).to_be_hidden()
 
 
-def test_a_quantity_is_drawn_over_time(page):
-    expect(page.locator("#curves")).to_be_hidden()
-    page.get_by_label("Color by").select_option("global.n")
-    go(page, 40)
-    words = page.locator("#curve-text")
-    expect(words).to_contain_text("global.n: median ")
-    # Both robots begin at once; robot 7 restarts after its step 20.
-    go(page, 80)
-    expect(words).to_contain_text("all ")
-    page.mouse.click(*place(page, -30, 0))
-    robot(page, 6)
-    expect(words).to_contain_text("robot 6: 79")
-    expect(page.locator("#curve-high")).to_have_text("79")
-    curve = page.locator("#curve")
-    before = curve.screenshot()
-    for tick in (200, 300, 400):
-        go(page, tick)
-    expect(page.locator("#curve-high")).to_have_text("399")
-    assert curve.screenshot() != before
-    # The way back keeps it, a change of the world does not.
-    go(page, 80)
-    expect(page.locator("#curve-high")).to_have_text("399")
-    page.get_by_role("button", name="Stop", exact=True).click()
-    expect(page.locator("#curve-high")).to_have_text("79")
-    page.get_by_label("Color by").select_option("neighbors")
-    expect(words).to_contain_text("neighbors: ")
-
-
-def test_curves_of_robots_are_compared(page):
-    page.get_by_label("Color by").select_option("global.n")
-    go(page, 15)
-    words = page.locator("#curve-text")
-    page.keyboard.down("Shift")
-    for number, x in [(6, -30), (7, 40)]:
-        page.mouse.click(*place(page, x, 0))
-        expect(words.locator("span").last).to_contain_text(f"robot {number}: ")
-    page.keyboard.up("Shift")
-    # This chooses none of them, and each has a color of its own.
-    expect(page.locator("#robot")).to_contain_text("No robot is chosen")
-    expect(words.locator("span")).to_have_count(2)
-    assert words.locator("span").evaluate_all("all => new Set(all.map((one) => getComputedStyle(one).color)).size") == 2
-    # By the panel and by a key, too.
-    page.mouse.click(*place(page, -30, 0))
-    robot(page, 6)
-    button = page.get_by_role("button", name="Compare")
-    expect(button).to_have_attribute("aria-pressed", "true")
-    button.click()
-    expect(button).to_have_attribute("aria-pressed", "false")
-    expect(words.locator("span.one")).to_have_count(0)
-    page.locator("#canvas").press("c")
-    expect(words.locator("span.one")).to_contain_text("robot 6: ")
-
-
 def test_links_are_cut_off_and_reconnected(page, tmp_path):
     commands = page.locator("#ground code")
     page.mouse.click(*place(page, 40, 0))
@@ -624,6 +575,9 @@ COUNT = """async ([picture, colors]) => {
 
 @pytest.mark.parametrize("session", [PAINTED], indirect=True)
 def test_paint_and_turned_boxes_are_drawn(page, browser, tmp_path):
+    # Without curves the world has more pixels to count.
+    for name in ["global.n", "neighbors"]:
+        page.get_by_role("button", name=f"Close the curve of {name}").click()
     go(page, 1)
     taken = base64.b64encode(page.locator("#canvas").screenshot(animations="disabled")).decode()
     # Colors of the style sheet: --black, the middle between it and white, and --obstacle.

@@ -283,7 +283,7 @@ pub const SECTIONS: &[SectionKeys] = &[
         name: OUTPUT,
         keys: scenario_keys![
             "every" "number" "1" "seconds between two samples of recordings and pictures",
-            "plot" "list of quantities" "none" "quantities that `--svg` draws over time, and that `--csv` and the summary print",
+            "plot" "list of quantities" "none" "quantities whose curves `--svg` and the page draw, and that `--csv` and the summary print",
         ],
     },
     SectionKeys {

@@ -131,6 +131,16 @@ impl Quantity {
         }
     }
 
+    /// Returns the unit; `None` for numbers without one.
+    pub fn unit(&self) -> Option<&'static str> {
+        match self {
+            Quantity::X | Quantity::Y | Quantity::Z | Quantity::Distance(_) => Some("mm"),
+            Quantity::Swarm(Swarm::Nearest | Swarm::Spread) => Some("mm"),
+            Quantity::Heading => Some("°"),
+            _ => None,
+        }
+    }
+
     /// Parses a quantity; `None` if the text is not one.
     pub fn parse(text: &str) -> Option<Quantity> {
         if let Some(path) = text.strip_prefix("global.") {

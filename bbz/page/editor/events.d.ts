@@ -8,6 +8,20 @@ export type AssignmentDescription = { title: string,
  */
 text: string, };
 
+export type BandDescription = { 
+/**
+ * The quantity, written as in `plot`.
+ */
+quantity: string, 
+/**
+ * The first and the last time.
+ */
+from: number, to: number, 
+/**
+ * The smallest and the greatest value; `null` if there is no limit.
+ */
+low: number | null, high: number | null, };
+
 export type BatteryDescription = { 
 /**
  * Voltage in mV.
@@ -165,7 +179,11 @@ text: string,
 /**
  * The line of the scenario.
  */
-line: number, };
+line: number, 
+/**
+ * The values that it wants; `null` if they are not a range of numbers.
+ */
+band: BandDescription | null, };
 
 export type ExpectationEvent = { 
 /**
@@ -519,7 +537,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
@@ -647,7 +665,15 @@ messages: boolean,
 /**
  * The quantity, written as in `plot`.
  */
-quantity: string | null, } } | { "stop_on_error": { on: boolean, } } | "commands" | "scenario" | { "script": { 
+quantity: string | null, } } | { "series": { 
+/**
+ * The quantities, written as in `plot`. Curves that are not named end.
+ */
+quantities: Array<string>, 
+/**
+ * The numbers of the robots whose own values are in the events, too.
+ */
+robots: Array<number>, } } | "stop_series" | { "stop_on_error": { on: boolean, } } | "commands" | "scenario" | { "script": { 
 /**
  * The path of the script relative to the folder of the scenario.
  */
@@ -821,6 +847,53 @@ tick: number,
  * The time in seconds that the rest of the way takes, as far as it can be known.
  */
 left: number, };
+
+export type SeriesCutEvent = { 
+/**
+ * The last tick whose points are valid.
+ */
+tick: number, };
+
+export type SeriesEvent = { 
+/**
+ * The quantity, written as in `plot`.
+ */
+name: string, 
+/**
+ * The unit, if the quantity has one.
+ */
+unit: string | null, 
+/**
+ * The number of ticks from one point of the curve to the next.
+ */
+every: number, 
+/**
+ * True if the swarm has a single value.
+ */
+is_single: boolean, ticks: Array<number>, 
+/**
+ * The extremes, quartiles and median of all robots, in ascending order, for each tick. Empty if
+ * the client has them, so that only the values of single robots are new.
+ */
+five: Array<[number | null, number | null, number | null, number | null, number | null]>, 
+/**
+ * The numbers of the robots whose own values follow.
+ */
+robots: Array<number>, 
+/**
+ * The values of these robots for each tick.
+ */
+own: Array<Array<number | null>>, };
+
+export type SeriesProgressEvent = { 
+/**
+ * The percentage of the points up to now that are known, of all curves.
+ */
+percent: number, 
+/**
+ * The reason why the others stay unknown.
+ */
+problem: string | null, };
 
 export type Slider = { 
 /**

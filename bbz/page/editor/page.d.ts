@@ -4,9 +4,9 @@ import type { BeginEvent, ExpectationDescription, GroupDescription, PageEvent, R
 
 // Parts of index.html that are more than an HTMLElement.
 export interface Parts {
+    "add-curve": HTMLSelectElement;
     canvas: HTMLCanvasElement;
     color: HTMLSelectElement;
-    curve: HTMLCanvasElement;
     explanation: HTMLDialogElement;
     help: HTMLDialogElement;
     keep: HTMLInputElement;

@@ -26,13 +26,14 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 31] = [
+const ASSETS: [Asset; 33] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("buzz.js", SCRIPT),
     asset!("camera.js", SCRIPT),
     asset!("controls.js", SCRIPT),
     asset!("curve.js", SCRIPT),
+    asset!("curves.js", SCRIPT),
     asset!("display.js", SCRIPT),
     asset!("drawing.js", SCRIPT),
     asset!("editor.js", SCRIPT),
@@ -50,6 +51,7 @@ const ASSETS: [Asset; 31] = [
     asset!("programs.js", SCRIPT),
     asset!("recording.js", SCRIPT),
     asset!("robot.js", SCRIPT),
+    asset!("scale.js", SCRIPT),
     asset!("scene.js", SCRIPT),
     asset!("session.js", SCRIPT),
     asset!("texts.js", SCRIPT),

@@ -1,4 +1,4 @@
-// Options of the display: a quantity as colors and curve, messages as lines, pictures.
+// Options of the display: a quantity as colors, messages as lines, pictures.
 
 import { element, option, part, save, write } from "./element.js";
 import { drawing } from "./drawing.js";
@@ -7,7 +7,7 @@ import { texts } from "./texts.js";
 /**
  * @import { QuantityEvent, QuantityNames } from "./events"
  * @import { Ask, World } from "./page"
- * @import { Curve } from "./curve.js"
+ * @import { Curves } from "./curves.js"
  * @import { View } from "./view.js"
  */
 
@@ -15,15 +15,18 @@ export class DisplayOptions {
     // `ask(request)` asks the session for what is to be seen.
     /**
      * @param {View} view
-     * @param {Curve} curve
+     * @param {Curves} curves
      * @param {Ask} ask
      */
-    constructor(view, curve, ask) {
+    constructor(view, curves, ask) {
         this.view = view;
-        this.curve = curve;
+        this.curves = curves;
         this.ask = ask;
         part("messages").addEventListener("change", () => this.changed());
-        part("color").addEventListener("change", () => this.changed());
+        part("color").addEventListener("change", () => {
+            this.changed();
+            this.curves.follow(part("color").value || null);
+        });
         part("trails").addEventListener("change", () => {
             view.hasTrails = part("trails").checked;
             view.sampled(true);
@@ -67,7 +70,6 @@ export class DisplayOptions {
         const messages = part("messages").checked;
         this.view.showMessages({ heard: [], collided: [], lost: [] });
         this.view.paint(null);
-        this.curve.begin({ end: this.curve.end });
         part("legend").hidden = true;
         this.ask({ watch: { messages, quantity } });
     }
@@ -84,6 +86,5 @@ export class DisplayOptions {
         part("legend").hidden = known.length === 0;
         write(part("least"), texts.number(least));
         write(part("most"), texts.number(most));
-        this.curve.take(event);
     }
 }

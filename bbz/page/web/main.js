@@ -1,7 +1,7 @@
 // The page: the parts, and what passes between them and the session.
 
 import { Controls } from "./controls.js";
-import { Curve } from "./curve.js";
+import { Curves } from "./curves.js";
 import { Editor } from "./editor.js";
 import { element, fillTexts, inside, option, part, row, save, showIcon, Tabs, write } from "./element.js";
 import { editedPlace, faultParts } from "./fault.js";
@@ -66,8 +66,8 @@ const panel = new RobotPanel(robots, command, compare, openPlace);
 const log = new Log(choose, (code) => ask({ explain: { code } }));
 const ground = new Ground(command, ask, () => view.beginCut());
 const controls = new Controls(command);
-const curve = new Curve(view);
-const display = new DisplayOptions(view, curve, watch);
+const curves = new Curves(view, watch, goTo);
+const display = new DisplayOptions(view, curves, watch);
 const editor = new Editor(ask, () => state.plays || play(), () => showLights(), () => (view.chosen === null ? null : robots.ids[view.chosen]));
 const trials = new Trials(ask, () => editor.texts());
 const grading = new Grading(ask);
@@ -137,7 +137,7 @@ const handlers = {
         view.begin(begun, robots);
         panel.begin(begun, view.chosen);
         ground.begin(begun);
-        curve.begin(begun);
+        curves.begin(begun);
         display.begin(begun);
         controls.begin(begun.controls ?? []);
         part("stop-on-error").checked = begun.stops_on_error ?? false;
@@ -193,10 +193,6 @@ const handlers = {
         view.changed();
         ground.show(event);
         showCommands(event.commands);
-        if (event.commands.length !== world?.commands.length) {
-            // The run goes another way from here on.
-            curve.forget(robots.tick);
-        }
         if (world) {
             world.commands = event.commands;
         }
@@ -246,6 +242,15 @@ const handlers = {
     quantity(event) {
         display.paint(event);
     },
+    series(event) {
+        curves.take(event);
+    },
+    series_cut(event) {
+        curves.cut(event);
+    },
+    series_progress(event) {
+        curves.progress(event);
+    },
     digest(event) {
         ground.showDigest(event);
     },
@@ -266,6 +271,7 @@ const handlers = {
         if (world) {
             world.quantities = event.quantities;
             display.begin(world);
+            curves.learn(world);
         }
         controls.begin(event.controls);
         editor.ran(event);
@@ -338,6 +344,7 @@ function wait(takeOver) {
 
 function showVerdicts() {
     areVerdictsNew = false;
+    curves.redraw();
     showLights();
     for (const kind of /** @type {("held" | "failed")[]} */ (["held", "failed"])) {
         timeLine.forget(kind, -1);
@@ -371,7 +378,7 @@ function choose(robot) {
 /** @param {number | null} robot */
 function select(robot) {
     view.choose(robot);
-    curve.changed();
+    curves.changed();
     panel.choose(robot);
     panel.showCompared(view.compared);
     editor.choose(robot === null ? null : robots.ids[robot]);
@@ -383,7 +390,7 @@ function select(robot) {
 function compare(robot) {
     showStatus(view.compare(robot) ? "" : texts.comparedMax);
     panel.showCompared(view.compared);
-    curve.changed();
+    curves.changed();
 }
 
 // Shows the place of a fault in the editor.
@@ -442,6 +449,7 @@ function showTime() {
     }
     const tick = Math.max(robots.tick, 0);
     timeLine.show(tick, state.plays);
+    curves.show(tick);
     write(part("clock"), world.watched ? texts.seconds(tick / world.ticks_per_second) : texts.clock(tick / world.ticks_per_second, world.end / world.ticks_per_second));
 }
 

@@ -4,7 +4,8 @@
  * @import { FaultPlace, MessageDescription, NeighborDescription, ResultEvent } from "./events"
  */
 
-const numberText = (/** @type {number} */ value) => (Number.isInteger(value) ? String(value) : value.toPrecision(4));
+// Four digits, without the zeros that end a fraction.
+const numberText = (/** @type {number} */ value) => (Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(4))));
 
 export const texts = {
     controls: "run", play: "Play", pause: "Pause", playHelp: "Play or pause (space)",
@@ -48,12 +49,28 @@ export const texts = {
     picture: "Picture", pictureHelp: "Saves what is shown as a PNG file", pictureAs: "bittybuzz.png",
     drawing: "Drawing", drawingHelp: "Saves the world as an SVG file", drawingAs: "bittybuzz.svg",
     quantities: { plot: "of the scenario", robot: "each robot", swarm: "the swarm", global: "globals" },
-    curveLabel: "the quantity over time",
-    /** @type {(name: string, five: number[], count: number) => string} */
-    curve: (name, five, count) => {
-        const [a, b, c, d, e] = five.map(numberText);
-        return count === 1 ? `${name}: ${c}` : `${name}: median ${c}, half of the robots ${b} to ${d}, all ${a} to ${e}`;
+    addCurve: "Add curve", addCurveLabel: "add the curve of a quantity",
+    curveLabel: (/** @type {string} */ name) => `${name} over time`,
+    /** @type {(time: string, five: number[], isSingle: boolean) => string} */
+    curve: (time, five, isSingle) => {
+        const [a, b, c, d, e] = five.map((value) => (Number.isFinite(value) ? numberText(value) : "none"));
+        return isSingle || c === "none" ? `at ${time}: ${c}` : `at ${time}: median ${c}, half ${b} to ${d}, all ${a} to ${e}`;
     },
+    inUnit: (/** @type {string} */ name, /** @type {string} */ unit) => `${name} in ${unit}`,
+    noPoint: (/** @type {string} */ time) => `at ${time}: not known`,
+    scales: { all: "all values", clipped: "clipped", log: "logarithmic" },
+    scaleOf: (/** @type {string} */ name) => `scale of ${name}`,
+    above: (/** @type {number} */ value) => `↑ up to ${numberText(value)}`, below: (/** @type {number} */ value) => `↓ down to ${numberText(value)}`,
+    timeTick: (/** @type {number} */ seconds) => `${numberText(seconds)} s`,
+    nothingPositive: "A logarithmic scale shows numbers above 0 only.", noNumbers: "No robot has a number here.",
+    csv: "CSV", saveCurve: (/** @type {string} */ name) => `Save ${name} as CSV`, saveCurveHelp: "Saves the points as a table (CSV)",
+    closeCurve: (/** @type {string} */ name) => `Close the curve of ${name}`,
+    curveColumns: { time: "time in s", value: "value", five: ["min", "lower quartile", "median", "upper quartile", "max"] },
+    curveAs: (/** @type {string} */ name) => `${name.replaceAll(/[^\w.-]+/g, "_").replace(/_$/, "")}.csv`,
+    computingPast: (/** @type {number} */ percent) => `The past of the curves is computed: ${percent} %.`,
+    pastStopped: (/** @type {number} */ percent) => `The past of the curves is known to ${percent} %.`,
+    pastUnknown: (/** @type {string} */ reason) => `The past of the curves is not known: ${reason}.`,
+    stopCurves: "Stop", stopCurvesHelp: "Computes no more of the past", goOnCurves: "Go on", goOnCurvesHelp: "Computes the rest of the past",
     curveOf: (/** @type {number | null} */ id, /** @type {number} */ value) => `robot ${id}: ${numberText(value)}`,
     number: numberText,
     tabRobot: "Robot", tabScript: "Script", tabLog: "Log", tabTests: "Tests", tabGround: "World",

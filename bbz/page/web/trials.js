@@ -1,7 +1,7 @@
 // The assignment, the hand-in, and trials next to the run.
 
-import { quantile } from "./curve.js";
 import { element, option, part, save, saveTable, write } from "./element.js";
+import { quantile } from "./scale.js";
 import { texts } from "./texts.js";
 
 // Width and height of the picture, and the room for its numbers.
