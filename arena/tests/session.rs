@@ -1,7 +1,7 @@
 //! Sessions that are taken back, and go on as they have gone.
 
 use crate::busy::{rest, setup};
-use bittybuzz_arena::run::{NoWayBack, Session, Simulation};
+use bittybuzz_arena::run::{NoWayBack, NotReplaced, Session, Simulation};
 use bittybuzz_random::Random;
 
 /// Commands of all kinds that change what happens later.
@@ -166,4 +166,91 @@ fn a_copy_before_a_tick_goes_the_way_of_the_session() {
         }
         assert_eq!(session.run().digest(), digests[70]);
     }
+}
+
+/// Plays to the end, and gives each command at its tick.
+fn play_with(session: &mut Session, commands: &[(u64, String)]) -> Vec<u64> {
+    play(session, |session| {
+        let now = session.run().now();
+        let due = commands.iter().filter(|(tick, _)| *tick == now);
+        due.for_each(|(_, text)| session.command(text).unwrap());
+    })
+}
+
+fn commands_of(session: &Session) -> Vec<(u64, String)> {
+    session.run().command_list().map(|(tick, text)| (tick, text.to_owned())).collect()
+}
+
+/// A run from which a command of any kind was deleted is the run that never had it.
+#[test]
+fn a_deleted_command_leaves_no_trace() {
+    let more = ["load = [2, 21]\nscript = \"quiet.bzz\"", "fail = 7"];
+    let texts = COMMANDS.into_iter().chain(more);
+    let all: Vec<(u64, String)> =
+        texts.enumerate().map(|(number, text)| (10 + 8 * number as u64, text.to_owned())).collect();
+    for (most, bytes) in [(5, usize::MAX), (500, 0)] {
+        for deleted in 0..all.len() {
+            let fresh = |name: &str| {
+                let run = Simulation::new(setup(name, ""), 5, 1).unwrap();
+                Session::with_bytes(run, most, bytes)
+            };
+            let mut others = all.clone();
+            others.remove(deleted);
+            let expected = play_with(&mut fresh("session_never"), &others);
+            let mut session = fresh("session_deleted");
+            let before = play_with(&mut session, &all);
+            let end = session.run().now();
+            session.replace_commands(&others).unwrap();
+            session.go_to(end).unwrap();
+            let deleted = &all[deleted].1;
+            assert_eq!(session.run().digest(), expected[end as usize], "{deleted}");
+            assert_eq!(commands_of(&session), others);
+            for tick in [5, 40, 70, end] {
+                session.go_to(tick).unwrap();
+                // A command that waits is in the digest, but not before it was given.
+                if all.iter().all(|(at, _)| *at != tick) {
+                    assert_eq!(
+                        session.run().digest(),
+                        expected[tick as usize],
+                        "{deleted}, {tick}"
+                    );
+                }
+            }
+            // Undone.
+            session.replace_commands(&all).unwrap();
+            session.go_to(end).unwrap();
+            assert_eq!(session.run().digest(), before[end as usize], "{deleted}");
+        }
+    }
+}
+
+#[test]
+fn commands_that_do_not_fit_leave_the_session_as_it_is() {
+    let mut session = begin("session_misfit", 5);
+    let all = [(10, COMMANDS[3].to_owned()), (20, "fail = 4".to_owned())];
+    play_with(&mut session, &all);
+    session.go_to(50).unwrap();
+    let digest = session.run().digest();
+    let wrong =
+        [(10, "fail = 4".to_owned()), (20, "set = 2\nglobal = \"none\"\nnumber = 1".to_owned())];
+    assert!(matches!(session.replace_commands(&wrong), Err(NotReplaced::Refused(_))));
+    assert_eq!((session.run().now(), session.run().digest()), (50, digest));
+    assert_eq!(commands_of(&session), all);
+    session.replace_commands(&all).unwrap();
+    assert_eq!(session.run().now(), 50);
+}
+
+#[test]
+fn a_session_that_began_later_keeps_its_first_commands() {
+    let mut run = Simulation::new(setup("session_first", ""), 5, 1).unwrap();
+    run.command("fail = 3").unwrap();
+    (0..30).for_each(|_| run.tick().unwrap());
+    let mut session = Session::new(run, 4);
+    session.command("fail = 4").unwrap();
+    session.go_to(60).unwrap();
+    let without_first = [(30, "fail = 4".to_owned())];
+    let refused = session.replace_commands(&without_first);
+    assert!(matches!(refused, Err(NotReplaced::NoWay(NoWayBack::BeforeBeginning(30)))));
+    session.replace_commands(&[(0, "fail = 3".to_owned())]).unwrap();
+    assert_eq!(session.run().now(), 30);
 }

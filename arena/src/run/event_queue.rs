@@ -133,6 +133,12 @@ impl EventQueue {
         first_too_many(all.into_iter()).is_none()
     }
 
+    /// Removes the commands from a number on, none of which was carried out.
+    pub fn truncate_commands(&mut self, count: usize) {
+        debug_assert!(self.carried_out <= count);
+        self.commands.truncate(count);
+    }
+
     /// Copies the commands of a later state of the same run, so that those that are still pending
     /// here act again at their times.
     pub fn copy_commands(&mut self, later: &Self) {

@@ -32,7 +32,7 @@ pub use firmware::{FirmwareFailure, P2pAir, RadioTurns, TurnLength};
 pub use observer::{EventKind, FrameOnAir, ObservedEvent, Observer};
 pub use program::{Compiler, Program};
 pub use quantity::QuantityReading;
-pub use session::{COPIES_BYTES, NoWayBack, Session};
+pub use session::{COPIES_BYTES, NoWayBack, NotReplaced, Session};
 pub use setup::{Setup, SetupError, emulated};
 pub use simulation::Simulation;
 pub use summary::{FaultOf, OverrunSummary, Summary, Unusable};

@@ -1,11 +1,13 @@
 //! A run that commands change, and that can be taken back to any tick.
 
 use std::fmt;
+use std::sync::Arc;
 
 use crate::scenario::ScenarioError;
 
 use super::firmware::FirmwareError;
 use super::observer::Observer;
+use super::setup::Setup;
 use super::simulation::Simulation;
 use super::summary::Summary;
 use crate::robot::LogLine;
@@ -22,6 +24,8 @@ pub const COPIES_BYTES: usize = 256_000_000;
 pub struct Session {
     run: Simulation,
     beginning: Beginning,
+    /// The setup with which the session began, without the scripts that commands have loaded since.
+    begun: Arc<Setup>,
     /// The copies by time, the first from the start of the session if it fits.
     copies: Vec<Simulation>,
     /// The number of ticks from one copy to the next.
@@ -52,6 +56,30 @@ pub enum NoWayBack {
     /// The emulation of robots failed on the way forward.
     Firmware(FirmwareError),
 }
+
+/// A reason why the commands of a session cannot be replaced.
+#[derive(Debug)]
+pub enum NotReplaced {
+    /// The session cannot be taken to the first change.
+    NoWay(NoWayBack),
+    /// One of the new commands is not valid without those that are left out.
+    Refused(Vec<ScenarioError>),
+}
+
+impl fmt::Display for NotReplaced {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            NotReplaced::NoWay(reason) => reason.fmt(f),
+            NotReplaced::Refused(errors) => {
+                f.write_str("a later change does not fit any more: ")?;
+                let reasons: Vec<String> = errors.iter().map(ToString::to_string).collect();
+                f.write_str(&reasons.join("; "))
+            }
+        }
+    }
+}
+
+impl std::error::Error for NotReplaced {}
 
 impl fmt::Display for NoWayBack {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -85,7 +113,8 @@ impl Session {
             Some(_) if is_first => Beginning::Built,
             Some(_) => Beginning::Copied,
         };
-        let mut session = Session { run, beginning, copies: Vec::new(), every: 1, most, bytes_max };
+        let (begun, copies) = (run.setup().clone(), Vec::new());
+        let mut session = Session { run, beginning, begun, copies, every: 1, most, bytes_max };
         session.copies.extend(first.filter(|_| session.copies_max() > 0));
         session
     }
@@ -122,6 +151,54 @@ impl Session {
         let later = self.copies.partition_point(|copy| copy.now() <= now);
         self.copies.truncate(later);
         Ok(())
+    }
+
+    /// Replaces all commands by others, in the order of their ticks. The session goes to a state from
+    /// which the way to the present leads through all changes; the caller goes on from there. The
+    /// run is then the same as one to which only the new commands were given. An error leaves the
+    /// session unchanged.
+    pub fn replace_commands(&mut self, commands: &[(u64, String)]) -> Result<(), NotReplaced> {
+        let known = self.run.command_list().zip(commands);
+        let is_same =
+            |((tick, text), new): &((u64, &str), &(u64, String))| *tick == new.0 && *text == new.1;
+        let same = known.take_while(is_same).count();
+        let old = self.run.command_list().nth(same).map(|(tick, _)| tick);
+        let new = commands.get(same).map(|(tick, _)| *tick);
+        let Some(parting) = old.into_iter().chain(new).min() else { return Ok(()) };
+        // Programs are numbered in the order in which commands load them, and robots keep the numbers.
+        // So a run whose commands load scripts starts from the beginning.
+        let loads = !Arc::ptr_eq(self.run.setup(), &self.begun);
+        let (mut run, first) = if loads {
+            let run = self.begin_again().map_err(NotReplaced::NoWay)?;
+            // A session that began later keeps the commands from before.
+            let first = run.command_list().take_while(|(tick, _)| *tick < run.now()).count();
+            if same < first {
+                return Err(NotReplaced::NoWay(NoWayBack::BeforeBeginning(run.now())));
+            }
+            (run, first)
+        } else {
+            (self.copy_before(parting).map_err(NotReplaced::NoWay)?, same)
+        };
+        run.replace_commands(first, &commands[first..]).map_err(NotReplaced::Refused)?;
+        let last = if loads { 0 } else { parting };
+        let valid = self.copies.partition_point(|copy| copy.now() <= last);
+        // A session that began later keeps its beginning.
+        let least = usize::from(matches!(self.beginning, Beginning::Copied));
+        self.copies.truncate(valid.max(least));
+        self.run = run;
+        Ok(())
+    }
+
+    /// Returns the state with which the session began, with the setup of that time.
+    fn begin_again(&self) -> Result<Simulation, NoWayBack> {
+        match self.beginning {
+            Beginning::Built => Ok(self.run.anew(&self.begun)),
+            Beginning::Emulated => Err(NoWayBack::Emulated),
+            Beginning::Copied => {
+                let first = self.copies.first().expect("its beginning is always kept");
+                first.snapshot().ok_or(NoWayBack::Emulated)
+            }
+        }
     }
 
     /// Simulates 100 ms, as [`Simulation::tick`] does.
@@ -192,7 +269,7 @@ impl Session {
         let mut taken = match self.nearest(tick) {
             Some(copy) => copy.snapshot().ok_or(NoWayBack::Emulated)?,
             None => match self.beginning {
-                Beginning::Built => self.run.anew(),
+                Beginning::Built => self.run.anew(self.run.setup()),
                 Beginning::Emulated => return Err(NoWayBack::Emulated),
                 Beginning::Copied => {
                     let first = self.copies.first().expect("its beginning is always kept");

@@ -185,15 +185,25 @@ impl Simulation {
         brains + self.world.len() * self.world.bytes_per_body() + size_of::<Self>()
     }
 
-    /// Returns the run before its first tick, with the scripts that commands have loaded since.
-    pub(super) fn anew(&self) -> Self {
-        let anew = Simulation::new(self.setup.clone(), self.seed, 1);
+    /// Returns the run before its first tick, with its own setup or another one of the scenario.
+    pub(super) fn anew(&self, setup: &Arc<Setup>) -> Self {
+        let anew = Simulation::new(setup.clone(), self.seed, 1);
         let mut anew = anew.expect("the run began with the same scenario");
         anew.world.share_threads(&self.world);
         if self.keeps_post_mortems {
             anew.keep_post_mortems();
         }
         anew
+    }
+
+    /// Replaces the commands from a number on, none of which was carried out, by others in their order.
+    pub(super) fn replace_commands(
+        &mut self,
+        first: usize,
+        others: &[(u64, String)],
+    ) -> Result<(), Vec<ScenarioError>> {
+        self.event_queue.truncate_commands(first);
+        others.iter().try_for_each(|(tick, text)| self.command_at(*tick, text))
     }
 
     /// Copies the commands of a later state of the same run, and the scripts that they load, so
