@@ -4,6 +4,7 @@
 use bittybuzz_arena::robot::PoseError;
 use bittybuzz_arena::run::Simulation;
 
+use crate::changes::Changes;
 use crate::page_event::{
     CommandDescription, ConditionsEvent, LightDescription, PoseErrorDescription,
 };
@@ -37,15 +38,15 @@ pub fn pose_errors(run: &Simulation) -> Vec<PoseErrorDescription> {
 }
 
 /// Describes lamps, poses and commands.
-pub fn describe(run: &Simulation) -> ConditionsEvent {
+pub fn describe(run: &Simulation, changes: &Changes) -> ConditionsEvent {
+    let (can_undo, can_redo) = (changes.can_undo(), changes.can_redo());
     let (lights, pose_errors) = (lights(run), pose_errors(run));
-    ConditionsEvent { lights, pose_errors, commands: commands(run) }
+    ConditionsEvent { lights, pose_errors, commands: commands(run), can_undo, can_redo }
 }
 
 /// Returns the first tick at which two lists of commands differ: the runs go different ways after it.
 /// Returns `None` if they have the same commands.
-pub fn parting(one: &ConditionsEvent, other: &ConditionsEvent) -> Option<u64> {
-    let (one, other) = (&one.commands, &other.commands);
+pub fn parting(one: &[CommandDescription], other: &[CommandDescription]) -> Option<u64> {
     let same = one.iter().zip(other).take_while(|(one, other)| one == other).count();
     let ticks = [one.get(same), other.get(same)].into_iter().flatten().map(|command| command.tick);
     ticks.min()

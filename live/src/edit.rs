@@ -187,6 +187,16 @@ pub fn load(
     Ok([PageEvent::Diagnostics(diagnostics), PageEvent::Ran(ran)])
 }
 
+/// Returns the files that the commands of a run load, in their order.
+pub fn loaded(run: &Simulation) -> Vec<PathBuf> {
+    let changes = run.command_list().map(|(_, text)| run.setup().scenario.command(text));
+    let scripts = changes.filter_map(|change| match change {
+        Ok(WorldChange::Load { script, .. }) => Some(script),
+        _ => None,
+    });
+    scripts.collect()
+}
+
 /// A run that starts again from the beginning.
 pub struct NewRun {
     pub run: Simulation,

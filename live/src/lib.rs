@@ -27,6 +27,8 @@
 //! | `{"watch":{"messages":true,"quantity":"led"}}` | after each sample an event has the messages since the one before, and one has the quantity, which is written as in `plot` (docs/scenario.md); `false` and `null`: no more |
 //! | `{"series":{"quantities":["led","x"],"robots":[5]}}` | events have points of these curves from the beginning of the run up to now, at most 2,000 each: extremes and quartiles of all robots, and the values of the robots with these numbers. Points of the past are computed next to the session |
 //! | `"stop_series"` | points of the past that are not known yet are not computed |
+//! | `"undo"`, `"redo"` | the last change of the commands is undone, or done again; the run is then the one to which only the commands that remain were given |
+//! | `{"delete_command":{"number":2}}` | the command with this number in the list of `conditions` is left out, as by `undo` |
 //! | `"commands"` | an event has all commands, as the text of `[[event]]`s |
 //! | `"scenario"` | an event has the scenario with all commands as its last events, and with the scripts in it: it replays the session from any folder |
 //! | `{"script":{"name":"walk.bzz"}}` | an event has the text of a script, and the names that it may use |
@@ -64,6 +66,7 @@
 mod backlog;
 mod band;
 mod begin;
+mod changes;
 mod compiler_message;
 mod conditions;
 mod controls;

@@ -13,6 +13,7 @@ use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::backlog::Backlog;
 use crate::begin;
+use crate::changes::{self, Changes, Commands};
 use crate::conditions;
 use crate::edit::{self, EditError, NewRun};
 use crate::events::{self, EventCollector};
@@ -23,7 +24,7 @@ use crate::pace::{Pace, RATES};
 use crate::page_event::{
     BatteryDescription, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExpectationEvent,
     ExplanationEvent, FailedEvent, FaultEvent, InspectionEvent, PageEvent, ScenarioEvent,
-    ScriptsDescription, SeekingEvent, StateEvent, TrialsEvent,
+    ScriptsDescription, SeekingEvent, SeriesCutEvent, StateEvent, TrialsEvent,
 };
 use crate::request::{Request, Texts};
 use crate::samples::Samples;
@@ -87,6 +88,7 @@ pub struct Live {
     trials: Option<Trials>,
     /// Lamps and commands, as they were last sent to the client.
     conditions: ConditionsEvent,
+    changes: Changes,
     /// The verdicts of the expectations, as they were last sent to the client.
     verdicts: Vec<Verdict>,
     /// True if the emulation of robots failed, so that the run cannot go on.
@@ -100,7 +102,7 @@ impl Live {
     #[must_use]
     pub fn new(mut session: Session, scenario: String) -> Self {
         session.keep_post_mortems();
-        let conditions = conditions::describe(session.run());
+        let conditions = conditions::describe(session.run(), &Changes::default());
         let series = Series::new(session.run());
         let mut live = Live {
             session,
@@ -117,6 +119,7 @@ impl Live {
             unsaved: Unsaved::default(),
             trials: None,
             conditions,
+            changes: Changes::default(),
             verdicts: Vec::new(),
             has_failed: false,
             stop_on_error: None,
@@ -193,6 +196,18 @@ impl Live {
                 if let Err(errors) = self.session.command(&text) {
                     errors.iter().for_each(|error| self.refuse_command(error));
                 }
+                return self.add_conditions();
+            }
+            Request::Undo => return self.move_changes(true, now),
+            Request::Redo => return self.move_changes(false, now),
+            Request::DeleteCommand { number } => {
+                let mut commands = changes::commands(self.session.run());
+                if number >= commands.len() {
+                    return self
+                        .refuse(&format!("there is no change with the number {number}"), None);
+                }
+                commands.remove(number);
+                self.replace_commands(&commands, now);
                 return self.add_conditions();
             }
             Request::Inspect { robot } => {
@@ -476,6 +491,36 @@ impl Live {
         self.stop_on_error.unwrap_or_else(is_assignment)
     }
 
+    /// Undoes the last change of the commands, or does the next one again.
+    fn move_changes(&mut self, is_undo: bool, now: Duration) {
+        let Some(commands) = self.changes.next(is_undo).cloned() else {
+            let word = if is_undo { "undone" } else { "done again" };
+            return self.refuse(&format!("there is no change that can be {word}"), None);
+        };
+        let present = changes::commands(self.session.run());
+        if self.replace_commands(&commands, now) {
+            self.changes.moved(is_undo, present);
+            self.add_conditions_of(true);
+        }
+    }
+
+    /// Replaces the commands, and goes to the present tick again. Returns false if it is refused.
+    fn replace_commands(&mut self, commands: &Commands, now: Duration) -> bool {
+        let to = self.session.run().now();
+        if let Err(reason) = self.session.replace_commands(commands) {
+            self.refuse(&reason.to_string(), None);
+            return false;
+        }
+        self.pace = Pace::Paused;
+        if let Some(drafts) = &mut self.drafts {
+            drafts.set_loaded(edit::loaded(self.session.run()));
+        }
+        let from = self.session.run().now();
+        // The next turn goes there, and ends with the state.
+        self.seek = Some(Seek { to, from, since: now, told: now, then: Vec::new() });
+        true
+    }
+
     /// Starts the run again from the beginning.
     fn restart(&mut self, texts: &Texts, keep_changes: bool) {
         let Some(drafts) = &mut self.drafts else { return self.refuse(NOT_EDITED, None) };
@@ -487,14 +532,16 @@ impl Live {
                 let programs = run.setup().programs().zip(self.session.run().setup().programs());
                 let is_same = programs.into_iter().all(|(new, old)| new.image == old.image);
                 if is_same && scenario == self.scenario && *drafts.all_begun() == begun {
-                    let conditions = conditions::describe(&run);
-                    if let Some(tick) = conditions::parting(&self.conditions, &conditions) {
+                    let conditions = conditions::commands(&run);
+                    if let Some(tick) = conditions::parting(&self.conditions.commands, &conditions)
+                    {
                         self.series.cut(tick);
                     }
                 } else {
                     self.series = Series::new(&run);
                 }
                 self.session = self.session.anew(run);
+                self.changes = Changes::default();
                 self.session.keep_post_mortems();
                 self.scenario = scenario;
                 self.pace = Pace::Paused;
@@ -631,11 +678,21 @@ impl Live {
 
     /// Adds an event if lamps or commands have changed.
     fn add_conditions(&mut self) {
-        let conditions = conditions::describe(self.session.run());
-        if self.conditions != conditions {
-            if let Some(tick) = conditions::parting(&self.conditions, &conditions) {
-                self.series.cut(tick);
+        self.add_conditions_of(false);
+    }
+
+    /// Adds an event if lamps or commands have changed; `is_moved` if by undo or redo.
+    fn add_conditions_of(&mut self, is_moved: bool) {
+        let commands = conditions::commands(self.session.run());
+        if let Some(tick) = conditions::parting(&self.conditions.commands, &commands) {
+            self.series.cut(tick);
+            self.events.push(PageEvent::SeriesCut(SeriesCutEvent { tick }));
+            if !is_moved {
+                self.changes.record(&self.conditions.commands);
             }
+        }
+        let conditions = conditions::describe(self.session.run(), &self.changes);
+        if self.conditions != conditions {
             self.events.push(PageEvent::Conditions(conditions.clone()));
             self.conditions = conditions;
         }
@@ -699,7 +756,8 @@ impl Source for Live {
         let begin = BeginEvent { scripts, controls, stops_on_error, ..world };
         self.events = Backlog::default();
         self.events.push(PageEvent::Begin(Box::new(begin)));
-        self.conditions = conditions::describe(self.session.run());
+        // The description of the world does not say if changes can be undone: an event will.
+        self.conditions = conditions::describe(self.session.run(), &Changes::default());
         self.add_verdicts();
         self.add_state();
     }

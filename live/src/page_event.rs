@@ -42,7 +42,7 @@ pub enum PageEvent {
     Quantity(QuantityEvent),
     /// Points of a curve.
     Series(SeriesEvent),
-    /// The run goes another way from a tick on, so that later points of all curves are void.
+    /// The run goes another way from a tick on: later points of all curves, lines and faults are void.
     SeriesCut(SeriesCutEvent),
     /// The progress of curves whose past is computed.
     SeriesProgress(SeriesProgressEvent),
@@ -361,6 +361,10 @@ pub struct ConditionsEvent {
     pub pose_errors: Vec<PoseErrorDescription>,
     /// All commands, including those that are pending because the run was taken back.
     pub commands: Vec<CommandDescription>,
+    /// True if a change of the commands can be undone.
+    pub can_undo: bool,
+    /// True if a change was undone that can be done again.
+    pub can_redo: bool,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -516,7 +520,7 @@ pub struct SeriesEvent {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct SeriesCutEvent {
-    /// The last tick whose points are valid.
+    /// The last tick of the way before.
     pub tick: u64,
 }
 

@@ -37,6 +37,16 @@ pub enum Request {
         /// The keys of an `[[event]]` without `at`.
         text: String,
     },
+    /// Undoes the last change of the commands. The run is then the one to which only the commands
+    /// that remain were given, at the same tick as before.
+    Undo,
+    /// Does a change again that was undone.
+    Redo,
+    /// Leaves a command out.
+    DeleteCommand {
+        /// The number of the command in the list of all commands.
+        number: usize,
+    },
     /// Subscribes to the memory of a robot.
     Inspect {
         /// The number of the robot in the scenario; `None` ends the subscription.
@@ -163,13 +173,19 @@ pub enum Request {
 impl Request {
     /// Returns true if the result depends on the tick of the run.
     pub fn is_about_now(&self) -> bool {
-        use Request::{Command, Commands, Digest, GoTo, Load, Play, Run, Scenario, Step};
+        use Request::{
+            Command, Commands, DeleteCommand, Digest, GoTo, Load, Play, Redo, Run, Scenario, Step,
+            Undo,
+        };
         matches!(
             self,
             Play { .. }
                 | Step { .. }
                 | GoTo { .. }
                 | Command { .. }
+                | Undo
+                | Redo
+                | DeleteCommand { .. }
                 | Commands
                 | Scenario
                 | Run { .. }

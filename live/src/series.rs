@@ -8,7 +8,7 @@
 use bittybuzz_arena::run::{Session, Simulation};
 use bittybuzz_arena::scenario::Quantity;
 
-use crate::page_event::{PageEvent, SeriesCutEvent, SeriesEvent, SeriesProgressEvent};
+use crate::page_event::{PageEvent, SeriesEvent, SeriesProgressEvent};
 
 /// The greatest number of curves. A page has no room for more.
 pub const CURVES_MAX: usize = 12;
@@ -92,8 +92,6 @@ pub struct Series {
     is_idle: bool,
     /// The number of values that are kept in [`Values::Every`].
     kept: usize,
-    /// The tick after which the client has to forget points.
-    cut: Option<u64>,
     problem: Option<String>,
     /// The progress that was last sent to the client; `None` if it waits for one.
     shown: Option<SeriesProgressEvent>,
@@ -113,7 +111,6 @@ impl Series {
             is_asked: false,
             is_idle: true,
             kept: 0,
-            cut: None,
             problem: None,
             shown: None,
         }
@@ -168,7 +165,6 @@ impl Series {
         self.reached = self.reached.min(tick);
         self.first_gap = self.first_gap.min(count);
         self.copy = None;
-        self.cut = Some(self.cut.map_or(tick, |cut| cut.min(tick)));
     }
 
     fn count_kept(&mut self) {
@@ -268,9 +264,6 @@ impl Series {
     /// Returns the events about points that the client does not have.
     pub fn take(&mut self) -> Vec<PageEvent> {
         let mut events = Vec::new();
-        if let Some(tick) = self.cut.take() {
-            events.push(PageEvent::SeriesCut(SeriesCutEvent { tick }));
-        }
         if self.curves.is_empty() || !self.is_asked {
             return events;
         }

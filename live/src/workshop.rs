@@ -57,6 +57,8 @@ struct Draft {
     script: PathBuf,
     path: PathBuf,
     text: String,
+    /// False if no command loads it any more, because it was undone.
+    is_loaded: bool,
 }
 
 /// A workshop and the drafts that were made in it.
@@ -83,7 +85,7 @@ impl Drafts {
 
     /// Returns the last draft of a script, or else the text of its file.
     pub fn text(&self, setup: &Setup, script: &Path) -> Result<String, String> {
-        let last = self.drafts.iter().rfind(|draft| draft.script == script);
+        let last = self.drafts.iter().rfind(|draft| draft.is_loaded && draft.script == script);
         last.map_or_else(|| self.saved(setup, script), |draft| Ok(draft.text.clone()))
     }
 
@@ -180,8 +182,8 @@ impl Drafts {
             number += 1;
         };
         self.workshop.keep(&path, text);
-        let draft = Draft { script: script.to_owned(), path: path.clone(), text: text.to_owned() };
-        self.drafts.push(draft);
+        let (script, text) = (script.to_owned(), text.to_owned());
+        self.drafts.push(Draft { script, path: path.clone(), text, is_loaded: true });
         path
     }
 
@@ -198,6 +200,18 @@ impl Drafts {
     /// Makes the draft at a path the last one, because robots have loaded it.
     pub fn loaded(&mut self, path: &Path) {
         self.drafts.sort_by_key(|draft| draft.path == path);
+        self.drafts.iter_mut().filter(|draft| draft.path == path).for_each(|draft| {
+            draft.is_loaded = true;
+        });
+    }
+
+    /// Makes the drafts at some paths, in this order, the last ones. Others that robots have loaded
+    /// before count no more.
+    pub fn set_loaded(&mut self, paths: Vec<PathBuf>) {
+        for draft in &mut self.drafts {
+            draft.is_loaded = draft.path == draft.script;
+        }
+        paths.iter().for_each(|path| self.loaded(path));
     }
 
     /// Returns the script of which a file is a draft, or else the file.
@@ -214,7 +228,7 @@ impl Drafts {
     /// Returns the last draft of each script that has one.
     pub fn last(&self) -> Vec<Text> {
         let mut last: Vec<Text> = Vec::new();
-        for Draft { script, text, .. } in self.drafts.iter().rev() {
+        for Draft { script, text, .. } in self.drafts.iter().rev().filter(|one| one.is_loaded) {
             if last.iter().all(|(path, _)| path != script) {
                 last.push((script.clone(), text.clone()));
             }
@@ -230,7 +244,10 @@ impl Drafts {
             has_draft || self.saved(setup, script).as_ref() != Ok(text)
         });
         texts.iter().for_each(|(script, text)| self.workshop.keep(script, text));
-        let draft = |(script, text): Text| Draft { path: script.clone(), script, text };
+        let draft = |(script, text): Text| {
+            let path = script.clone();
+            Draft { script, path, text, is_loaded: true }
+        };
         self.drafts = texts.into_iter().map(draft).collect();
         self.begun.clear();
         self.begun = self.texts(setup);

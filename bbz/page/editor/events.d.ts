@@ -133,7 +133,15 @@ export type ConditionsEvent = { lights: Array<LightDescription>, pose_errors: Ar
 /**
  * All commands, including those that are pending because the run was taken back.
  */
-commands: Array<CommandDescription>, };
+commands: Array<CommandDescription>, 
+/**
+ * True if a change of the commands can be undone.
+ */
+can_undo: boolean, 
+/**
+ * True if a change was undone that can be done again.
+ */
+can_redo: boolean, };
 
 export type Control = { "kind": "slider" } & Slider | { "kind": "switch" } & Switch | { "kind": "button" } & Button;
 
@@ -653,7 +661,11 @@ tick: number, } } | { "command": {
 /**
  * The keys of an `[[event]]` without `at`.
  */
-text: string, } } | { "inspect": { 
+text: string, } } | "undo" | "redo" | { "delete_command": { 
+/**
+ * The number of the command in the list of all commands.
+ */
+number: number, } } | { "inspect": { 
 /**
  * The number of the robot in the scenario; `null` ends the subscription.
  */
@@ -850,7 +862,7 @@ left: number, };
 
 export type SeriesCutEvent = { 
 /**
- * The last tick whose points are valid.
+ * The last tick of the way before.
  */
 tick: number, };
 

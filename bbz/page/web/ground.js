@@ -4,7 +4,7 @@ import { element, part, row, write } from "./element.js";
 import { texts } from "./texts.js";
 
 /**
- * @import { DigestEvent, LightDescription, MediumDescription, PoseErrorDescription } from "./events"
+ * @import { ConditionsEvent, DigestEvent, LightDescription, MediumDescription, PoseErrorDescription } from "./events"
  * @import { Ask, Place, World } from "./page"
  */
 
@@ -26,6 +26,10 @@ export class Ground {
         this.lamps = element("section");
         this.poses = element("section");
         this.commands = element("section");
+        this.undo = element("button");
+        this.redo = element("button");
+        // True while a change is deleted, whose button has the focus.
+        this.isDeleting = false;
         this.digest = element("output", { id: "digest" });
         /** @type {LightDescription[]} */
         this.lights = [];
@@ -42,14 +46,18 @@ export class Ground {
         this.lamps = element("section");
         this.poses = element("section");
         this.commands = element("section");
+        this.undo = element("button", { type: "button", title: texts.undoHelp, onclick: () => this.ask("undo") }, texts.undo);
+        this.redo = element("button", { type: "button", title: texts.redoHelp, onclick: () => this.ask("redo") }, texts.redo);
+        const changes = element("section", { id: "changes" }, element("h3", {}, texts.commands),
+            element("div", { class: "acts" }, this.undo, this.redo), this.commands);
         this.digest = element("output", { id: "digest" });
         const digest = element("section", {}, element("h3", {}, texts.digest),
             element("p", {},
                 element("button", { type: "button", id: "ask-digest", title: texts.digestHelp, onclick: () => this.askDigest() }, texts.compute),
                 " ", this.digest));
         const losses = element("section", {}, element("h3", {}, texts.losses), ...world.media.map((medium) => this.loss(medium)));
-        part("ground").replaceChildren(element("dl", {}, ...facts), ...this.surroundings(world), ...this.fences(world), losses, this.partition(), this.lamps, this.poses, this.commands, digest);
-        this.show(world);
+        part("ground").replaceChildren(element("dl", {}, ...facts), ...this.surroundings(world), ...this.fences(world), losses, this.partition(), this.lamps, this.poses, changes, digest);
+        this.show({ ...world, can_undo: false, can_redo: false });
     }
 
     // The keys of the scenario that make the surroundings of a group unusual: wind, texture of the floor, latency of poses.
@@ -130,8 +138,10 @@ export class Ground {
     }
 
     // Lamps, poses and commands as they are now.
-    /** @param {Pick<World, "lights" | "pose_errors" | "commands">} conditions */
-    show({ lights, pose_errors: errors, commands }) {
+    /** @param {Omit<ConditionsEvent, "event">} conditions */
+    show({ lights, pose_errors: errors, commands, can_undo: canUndo, can_redo: canRedo }) {
+        this.undo.disabled = !canUndo;
+        this.redo.disabled = !canRedo;
         this.lights = lights;
         this.showPoses(errors);
         const lamps = lights.map(({ at, brightness }, lamp) => {
@@ -152,10 +162,23 @@ export class Ground {
         if (!this.lamps.contains(document.activeElement)) {
             this.lamps.replaceChildren(element("h3", {}, texts.lamps), ...(lamps.length > 0 ? [head, ...lamps] : [none]));
         }
-        const lines = commands.map(({ tick, text }) => element("p", {},
-            element("time", {}, (tick / this.ticksPerSecond).toFixed(1)),
-            element("code", {}, text.replaceAll("\n", ", "))));
-        this.commands.replaceChildren(element("h3", {}, texts.commands), ...(lines.length > 0 ? lines : [none.cloneNode(true)]));
+        const lines = commands.map(({ tick, text }, number) => {
+            const [time, line] = [(tick / this.ticksPerSecond).toFixed(1), text.replaceAll("\n", ", ")];
+            return element("p", {}, element("time", {}, time), element("code", {}, line),
+                element("button", { type: "button", class: "icon", title: texts.deleteChangeHelp, "aria-label": texts.deleteChange(line, time), onclick: () => this.delete(number) }, "×"));
+        });
+        this.commands.replaceChildren(...(lines.length > 0 ? lines : [none.cloneNode(true)]));
+        if (this.isDeleting) {
+            this.isDeleting = false;
+            this.undo.focus();
+        }
+    }
+
+    // Leaves a change out, as if it had never been made.
+    /** @param {number} number in the list */
+    delete(number) {
+        this.isDeleting = true;
+        this.ask({ delete_command: { number } });
     }
 
     /**

@@ -246,6 +246,9 @@ const handlers = {
         curves.take(event);
     },
     series_cut(event) {
+        // What followed on the way before is void.
+        log.forget(event.tick);
+        timeLine.forget("fault", event.tick);
         curves.cut(event);
     },
     series_progress(event) {
