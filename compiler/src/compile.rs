@@ -211,7 +211,14 @@ fn make_symbols(
         from: (function + local.from) as u32,
         to: (function + local.to) as u32,
     };
-    let lines = image.lines.iter();
+    let entry = |offset: usize, span: Span| LineEntry {
+        offset: offset as u32,
+        place: symbols::place(sources, span),
+    };
+    let statements =
+        generated.statements.iter().zip(&image.functions).flat_map(|(of, function)| {
+            of.iter().map(move |(offset, span)| (function + offset, *span))
+        });
     Symbols {
         format: FORMAT,
         profile: profile.name().to_owned(),
@@ -228,11 +235,7 @@ fn make_symbols(
         strings: generated.parts.strings.script().to_vec(),
         globals: generated.globals.clone(),
         imports: generated.imports.clone(),
-        lines: lines
-            .map(|(offset, span)| LineEntry {
-                offset: *offset as u32,
-                place: symbols::place(sources, *span),
-            })
-            .collect(),
+        lines: image.lines.iter().map(|(offset, span)| entry(*offset, *span)).collect(),
+        statements: statements.map(|(offset, span)| entry(offset, span)).collect(),
     }
 }

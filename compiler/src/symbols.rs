@@ -15,7 +15,7 @@ use bittybuzz_vm_core::builtin;
 use crate::source::{SourceMap, Span};
 
 /// Version of the `.sym` format.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// The symbols of an image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,6 +40,9 @@ pub struct Symbols {
     pub imports: Vec<String>,
     /// The sources of the code, by ascending offset.
     pub lines: Vec<LineEntry>,
+    /// The first byte of each statement, by ascending offset, and its source. A branch or a loop
+    /// has one for each condition.
+    pub statements: Vec<LineEntry>,
 }
 
 /// A function of the image.
@@ -197,6 +200,12 @@ impl Symbols {
     pub fn position(&self, position: u32) -> Option<SourceSpan> {
         let after = self.lines.partition_point(|entry| entry.offset <= position);
         Some(self.lines.get(after.checked_sub(1)?)?.place)
+    }
+
+    /// Returns the source of the statement that begins at that position; `None` if none does.
+    pub fn statement(&self, position: u32) -> Option<SourceSpan> {
+        let found = self.statements.binary_search_by_key(&position, |entry| entry.offset).ok()?;
+        Some(self.statements[found].place)
     }
 
     /// Returns the function that contains that position.

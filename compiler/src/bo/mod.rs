@@ -152,7 +152,7 @@ impl ScriptPlaces<'_> {
         let first = symbols.files.len() as u32;
         let listing = symbols.files.first().cloned().unwrap_or_default();
         symbols.files.extend(self.debug.files.iter().cloned());
-        for entry in &mut symbols.lines {
+        for entry in symbols.lines.iter_mut().chain(&mut symbols.statements) {
             // Line 1 is instruction 0.
             let at = entry.place.line.saturating_sub(1) as usize;
             if let Some(place) = self.debug.place(self.bo.offset(at)) {

@@ -16,11 +16,16 @@ use crate::profile;
 use crate::source::Span;
 use crate::symbols::LocalPlace;
 
-/// Generates a function. Returns its code and the places of its locals.
-pub fn generate(
-    generator: &mut Generator<'_>,
-    id: FunctionId,
-) -> Result<(FunctionCode, Vec<LocalRange>), AsmError> {
+/// The code of a function, with the places of its locals and statements for the symbols.
+pub struct GeneratedCode {
+    pub code: FunctionCode,
+    pub locals: Vec<LocalRange>,
+    /// Offset of the first byte of each statement in the code, ascending, and its source.
+    pub statements: Vec<(usize, Span)>,
+}
+
+/// Generates a function.
+pub fn generate(generator: &mut Generator<'_>, id: FunctionId) -> Result<GeneratedCode, AsmError> {
     let program = generator.program;
     let function = program.function(id);
     let shape = shape(generator, id);
@@ -31,6 +36,7 @@ pub fn generate(
         builder: FunctionBuilder::new(shape, word_bytes, function.span),
         slots: vec![0; function.locals.len()],
         locals: Locals::default(),
+        statements: Vec::new(),
         generator,
     };
     let start = code.builder.mark();
@@ -40,10 +46,17 @@ pub fn generate(
     }
     code.copy_assigned_captures(start);
     code.stmts(&function.body);
-    let GeneratedFunction { builder, locals, .. } = code;
+    let GeneratedFunction { builder, locals, statements, .. } = code;
     let code = builder.finish(end_of(function.span))?;
     let locals = locals.finish(&code);
-    Ok((code, locals))
+    let statements = statements.into_iter().map(|(mark, span)| (code.offset(mark), span));
+    let mut statements: Vec<(usize, Span)> = statements.collect();
+    // Of two statements at one offset, the first has no code. A loop's condition comes after its
+    // body, but its marks are made in the order of the code, so the offsets ascend.
+    statements.reverse();
+    statements.dedup_by_key(|(offset, _)| *offset);
+    statements.reverse();
+    Ok(GeneratedCode { code, locals, statements })
 }
 
 /// Returns the facts in the header of a function.
@@ -83,6 +96,8 @@ pub struct GeneratedFunction<'g, 'a> {
     pub slots: Vec<i32>,
     /// Names and places of the locals, for the symbols.
     locals: Locals,
+    /// The starts of the statements, for the symbols.
+    statements: Vec<(CodeMark, Span)>,
     pub generator: &'g mut Generator<'a>,
 }
 
@@ -185,7 +200,17 @@ impl<'a> GeneratedFunction<'_, 'a> {
         self.locals.close(count, end);
     }
 
+    /// Marks the start of a statement, or of the condition of a branch or loop, where a debugger
+    /// stops.
+    fn begin_statement(&mut self, span: Span) {
+        let mark = self.builder.mark();
+        self.statements.push((mark, span));
+    }
+
     fn stmt(&mut self, stmt: &'a CheckedStmt) {
+        if !matches!(stmt.kind, CheckedStmtKind::If { .. } | CheckedStmtKind::While { .. }) {
+            self.begin_statement(stmt.span);
+        }
         match &stmt.kind {
             CheckedStmtKind::Var { local, value } => {
                 match value {
@@ -216,7 +241,11 @@ impl<'a> GeneratedFunction<'_, 'a> {
         let mut left = branches.iter();
         while let Some(CheckedBranch { condition, then }) = left.next() {
             let is_last = left.as_slice().is_empty() && otherwise.stmts.is_empty();
-            match fold::truth(condition, self.generator.meanings) {
+            let truth = fold::truth(condition, self.generator.meanings);
+            if truth.is_none() {
+                self.begin_statement(condition.span);
+            }
+            match truth {
                 Some(true) => {
                     self.block(then);
                     return self.builder.bind(end, end_of(condition.span));
@@ -264,6 +293,7 @@ impl<'a> GeneratedFunction<'_, 'a> {
         match entry {
             Some(entry) => {
                 self.builder.bind(entry, condition.span);
+                self.begin_statement(condition.span);
                 self.condition(condition, true, head);
             }
             None => self.builder.jump(opcode::JUMP, head, span),

@@ -62,6 +62,8 @@ pub struct Generated {
     pub functions: Vec<SourceFunction>,
     /// The locals of each function, by its number.
     pub locals: Vec<Vec<LocalRange>>,
+    /// The offsets of the statements in each function, ascending, and their sources.
+    pub statements: Vec<Vec<(usize, Span)>>,
     /// Names of the globals, by number.
     pub globals: Vec<String>,
     /// The first occurrence of each global, in the order of the source.
@@ -124,7 +126,7 @@ pub fn generate(
     // function of the list, which grows as the code refers to more functions.
     let mut entries = ENTRIES.map(|name| generator.entry(name).to_count());
     let mut codes: Vec<FunctionCode> = Vec::new();
-    let mut locals = Vec::new();
+    let (mut locals, mut statements) = (Vec::new(), Vec::new());
     let mut filling = program.host.step;
     loop {
         let Some(id) = generator.functions.get(codes.len()).copied() else {
@@ -137,9 +139,10 @@ pub fn generate(
             continue;
         };
         match function::generate(&mut generator, id) {
-            Ok((code, of_function)) => {
-                codes.push(code);
-                locals.push(of_function);
+            Ok(generated) => {
+                codes.push(generated.code);
+                locals.push(generated.locals);
+                statements.push(generated.statements);
             }
             Err(error) => {
                 generator.diagnostics.push(asm_diagnostic(error));
@@ -185,6 +188,7 @@ pub fn generate(
         parts,
         functions: generator.functions.iter().map(|id| source_function(&program, *id)).collect(),
         locals,
+        statements,
         globals: globals.iter().map(|id| program.name(*id).text.clone()).collect(),
         first_uses: first_uses(&program, &globals),
         imports: generator.imports,

@@ -76,14 +76,55 @@ fn symbols_survive_json() {
     assert!(json.contains("\"lines\":[[2,0,1,5,"), "{json}");
 }
 
+/// Returns the texts of the statements, in the order of the code.
+fn statements(script: &str) -> Vec<&str> {
+    let (_, symbols) = image(script, FULL);
+    let offsets: Vec<u32> = symbols.statements.iter().map(|entry| entry.offset).collect();
+    assert!(offsets.is_sorted_by(|one, next| one < next), "{offsets:?}");
+    let text = |place: SourceSpan| {
+        let line = script.lines().nth(place.line as usize - 1).expect("is in the script");
+        let end =
+            if place.end_line == place.line { place.end_column - 1 } else { line.len() as u32 };
+        &line[place.column as usize - 1..end as usize]
+    };
+    symbols.statements.iter().map(|entry| text(entry.place)).collect()
+}
+
+#[test]
+fn statements_have_places() {
+    assert_eq!(statements("x = 1\nlog(x)"), ["x = 1", "log(x)"]);
+    assert_eq!(
+        statements("x = 1\nif(x > 2) { log(1) } else if(x > 1) log(2) else log(3)"),
+        ["x = 1", "x > 2", "log(1)", "x > 1", "log(2)", "log(3)"]
+    );
+    // The code of a loop's condition comes after that of its body.
+    assert_eq!(
+        statements("for(i = 0, i < 3, i = i + 1) {\n  log(i)\n}"),
+        ["i = 0", "log(i)", "i = i + 1", "i < 3"]
+    );
+    assert_eq!(
+        statements("function f(a) {\n  var b = a\n  return b\n}\nfunction step() { x = f(2) }"),
+        ["x = f(2)", "var b = a", "return b"]
+    );
+}
+
+#[test]
+fn the_condition_of_a_loop_is_a_statement_in_each_turn() {
+    let (_, symbols) = image("i = 5 while(i > 0) i = i - 1", TINY);
+    let known = |text: u32| symbols.statements.iter().find(|entry| entry.place.column == text);
+    let condition = known(13).expect("`i > 0` has a place");
+    assert_eq!(symbols.statement(condition.offset), Some(condition.place));
+    assert_eq!(symbols.statement(condition.offset + 1), None);
+}
+
 #[test]
 fn bad_symbol_files_are_refused() {
     assert!(matches!(Symbols::from_json(""), Err(SymbolsError::Malformed(_))));
     assert!(matches!(Symbols::from_json("[]"), Err(SymbolsError::Malformed(_))));
-    assert!(matches!(Symbols::from_json("{\"format\":2}"), Err(SymbolsError::Malformed(_))));
+    assert!(matches!(Symbols::from_json("{\"format\":3}"), Err(SymbolsError::Malformed(_))));
     assert!(matches!(Symbols::from_json("{\"format\":99}"), Err(SymbolsError::Format(99))));
-    let old = Symbols::from_json("{\"format\":1}").unwrap_err().to_string();
-    assert!(old.contains("format 1, older than format 2"), "{old}");
+    let old = Symbols::from_json("{\"format\":2}").unwrap_err().to_string();
+    assert!(old.contains("format 2, older than format 3"), "{old}");
 }
 
 #[test]
