@@ -52,6 +52,7 @@ mod script;
 mod sensors;
 mod session;
 mod snapshot;
+mod statements;
 mod steps;
 mod swarm;
 mod torture;

@@ -10,7 +10,7 @@ use bittybuzz_vm_core::{Fault, ImageError, NetworkCounters};
 use crate::engine::{Brain, Digest, Io};
 
 use super::call::{BatteryState, PoseError};
-use super::checks::{Costs, Findings, MachineChecker};
+use super::checks::{Costs, Findings, MachineChecker, Watch, WatchStop, WatchedTick};
 use super::clock::ScriptClock;
 use super::content::{ScriptNumber, VariableContent};
 use super::context::GroupContext;
@@ -275,6 +275,16 @@ impl SimRobot {
     /// Returns the events since [`watch`](Self::watch) and stops recording.
     pub(crate) fn take_seen(&mut self) -> Vec<SeenEvent> {
         self.state.seen.take().map_or_else(Vec::new, |seen| seen.events)
+    }
+
+    /// Watches the statements of the next tick, until [`take_statements`](Self::take_statements).
+    pub(crate) fn watch_statements(&mut self, stop: WatchStop) {
+        self.state.watch = Some(Box::new(Watch::new(stop)));
+    }
+
+    /// Returns the part of the tick that the watch has read, and ends it.
+    pub(crate) fn take_statements(&mut self) -> Option<WatchedTick> {
+        self.state.watch.take()?.finish()
     }
 
     /// Removes and returns the lines that the script logged.

@@ -247,8 +247,17 @@ where
             } else if let Some(mut checker) = platform.state.checker.take() {
                 let is_step = stage == ScriptStage::Step;
                 let slice = RunSlice { budget, tick: platform.io.now, is_step };
-                let outcome = checker.run(vm, &mut platform, slice);
+                let (context, mut watch) =
+                    (platform.state.context.clone(), platform.state.watch.take());
+                let watched = watch.as_deref_mut().map(|watch| (watch, &*context));
+                let outcome = checker.run_watched(vm, &mut platform, slice, watched);
                 platform.state.checker = Some(checker);
+                platform.state.watch = watch;
+                outcome
+            } else if let Some(mut watch) = platform.state.watch.take() {
+                let context = platform.state.context.clone();
+                let outcome = watch.run(&context, vm, &mut platform, budget);
+                platform.state.watch = Some(watch);
                 outcome
             } else {
                 vm.run(&mut platform, budget)

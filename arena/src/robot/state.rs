@@ -11,7 +11,7 @@ use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Vm};
 use crate::engine::{Digest, Io, Stream, TICK_US};
 
 use super::call::{Autopilot, FunctionMemory, PoseError};
-use super::checks::MachineChecker;
+use super::checks::{MachineChecker, Watch};
 use super::clock::ScriptClock;
 use super::content::ScriptNumber;
 use super::context::GroupContext;
@@ -66,6 +66,8 @@ pub struct RobotContext {
     pub last_fault: Option<Box<LastFault>>,
     /// The checks of the script, if there are any.
     pub checker: Option<Box<MachineChecker>>,
+    /// The watch on the statements of this tick, if there is one.
+    pub watch: Option<Box<Watch>>,
     /// Globals that are to be set.
     pub settings: Vec<PendingSetting>,
 }
@@ -104,6 +106,7 @@ impl RobotContext {
             seen: None,
             last_fault: None,
             checker: None,
+            watch: None,
             settings: Vec::new(),
         }
     }

@@ -11,6 +11,7 @@ use super::setup::Setup;
 use super::simulation::Simulation;
 use super::summary::Summary;
 use crate::robot::LogLine;
+use crate::robot::checks::{WatchStop, WatchedTick};
 
 /// The greatest number of bytes that the copies of a session take.
 pub const COPIES_BYTES: usize = 256_000_000;
@@ -128,6 +129,18 @@ impl Session {
     /// Returns the run in its current state.
     pub fn run(&self) -> &Simulation {
         &self.run
+    }
+
+    /// Watches the statements of a robot's script in the next tick, as
+    /// [`Simulation::watch_statements`] does.
+    pub fn watch_statements(&mut self, number: usize, stop: WatchStop) {
+        self.run.watch_statements(number, stop);
+    }
+
+    /// Returns the part of the last tick that the watch on a robot has read, as
+    /// [`Simulation::take_statements`] does.
+    pub fn take_statements(&mut self, number: usize) -> Option<WatchedTick> {
+        self.run.take_statements(number)
     }
 
     /// Returns a session of another run with the limits of this one.

@@ -37,7 +37,7 @@ use crate::engine::{
     AddError, Digest, HerdId, IntruderSettings, Lamp, MovableDisc, Pose, RobotId, RobotState,
     RobotView, Stream, TICK_US, World,
 };
-use crate::robot::checks::Findings;
+use crate::robot::checks::{Findings, WatchStop, WatchedTick};
 use crate::robot::{
     BatteryState, FaultCounts, Interest, LogLine, News, PoseError, PostMortem, ProgramId,
     ScriptNumber, SimRobot,
@@ -450,6 +450,22 @@ impl Simulation {
     /// firmware.
     pub fn inspect(&self, number: usize, limits: Limits) -> Option<Inspection> {
         self.robot(number)?.inspect(self.program(number).symbols.as_deref(), limits)
+    }
+
+    /// Watches the statements of a robot's script in the next tick, until
+    /// [`take_statements`](Self::take_statements). A robot that has not joined and one that runs its
+    /// firmware begin none.
+    pub fn watch_statements(&mut self, number: usize, stop: WatchStop) {
+        if let Some(id) = self.event_queue.id(number) {
+            self.world.brain_mut(id).expect(JOINED).watch_statements(stop);
+        }
+    }
+
+    /// Returns the part of the last tick that the watch on a robot has read, and ends the watch.
+    /// Returns `None` if it stops at a statement that the script did not begin.
+    pub fn take_statements(&mut self, number: usize) -> Option<WatchedTick> {
+        let id = self.event_queue.id(number)?;
+        self.world.brain_mut(id).expect(JOINED).take_statements()
     }
 
     /// Returns the battery of a robot. Returns `None` if its model has no battery and no event has

@@ -9,9 +9,12 @@ use bittybuzz_vm_core::{
     Sighting, Vm,
 };
 
+use crate::robot::context::GroupContext;
+
 use super::costs::Costs;
 use super::findings::{FailedOperation, Findings, Peak, RobotMoment, raise};
 use super::operation::Upcoming;
+use super::watch::Watch;
 
 /// A part of a script's run, after which the machine returns.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +72,17 @@ impl MachineChecker {
         host: &mut H,
         slice: RunSlice,
     ) -> Outcome {
+        self.run_watched(vm, host, slice, None)
+    }
+
+    /// Runs the machine as [`run`](Self::run) does, with a watch that reads the same instructions.
+    pub(crate) fn run_watched<P: Profile, C: ByteCode, H: Host<P>, const SLOTS: usize>(
+        &mut self,
+        vm: &mut Vm<P, C, SLOTS>,
+        host: &mut H,
+        slice: RunSlice,
+        mut watch: Option<(&mut Watch, &GroupContext)>,
+    ) -> Outcome {
         if slice.budget == 0 {
             return vm.run(host, 0);
         }
@@ -78,6 +92,9 @@ impl MachineChecker {
         let mut next = vm.next_instruction();
         self.update_memory_peaks(vm, at, true);
         let outcome = loop {
+            if let Some((watch, context)) = &mut watch {
+                watch.see(context, vm);
+            }
             let upcoming = next.and_then(|next| Upcoming::from_instruction(vm, &next));
             let case = self.costs.as_ref().map(|costs| costs.case(vm, next.as_ref()));
             let outcome = vm.run(&mut host, 1);
@@ -152,10 +169,10 @@ impl MachineChecker {
 }
 
 /// A host that counts the work on text.
-struct TextMeter<'a, H> {
-    host: &'a mut H,
+pub(super) struct TextMeter<'a, H> {
+    pub host: &'a mut H,
     /// The work since the last read, as the number of instructions that take the same time.
-    work: u16,
+    pub work: u16,
 }
 
 impl<P: Profile, H: Host<P>> Host<P> for TextMeter<'_, H> {

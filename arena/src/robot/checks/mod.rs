@@ -24,8 +24,10 @@ mod checker;
 mod costs;
 mod findings;
 mod operation;
+mod watch;
 
 pub use checker::{MachineChecker, RunSlice};
 pub use costs::Costs;
 pub use findings::{FailedOperation, Findings, Occurrences, Peak, RobotMoment, StepCosts};
 pub use operation::{Anomaly, Exact, Operation, Operator};
+pub use watch::{Watch, WatchStop, WatchedStatement, WatchedTick};
