@@ -37,6 +37,17 @@ pub struct BodySurroundings {
     pub above_mm: Vec<[f32; 3]>,
 }
 
+/// The attitude of a body in the air, and the thrust that holds it there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attitude {
+    /// Rotation about the axis ahead in radians; positive lifts the left side.
+    pub roll_rad: f32,
+    /// Rotation about the axis to the left in radians, before the roll; positive lowers the nose.
+    pub pitch_rad: f32,
+    /// Thrust of all rotors as a share of that in hover.
+    pub thrust: f32,
+}
+
 /// The properties of a robot model that the world needs.
 pub trait BodyModel: Debug + Send + Sync {
     /// Returns the size of a body.
@@ -121,6 +132,9 @@ pub trait BodyBlock: Debug + Send + Sync {
     /// Returns true if the body of a robot broke by itself, such as by a fall on the ground. The
     /// world makes the robot fail; contacts with robots and walls are the world's own task.
     fn is_broken(&self, index: usize) -> bool;
+
+    /// Returns the attitude of a robot; `None` for a body that is always level.
+    fn attitude(&self, index: usize) -> Option<Attitude>;
 
     /// Writes the position estimates of the robots from index `first` on.
     fn sense(
@@ -213,6 +227,11 @@ pub trait Body: Clone + Debug + Send + Sync + 'static {
         false
     }
 
+    /// Returns the attitude of the body, see [`BodyBlock::attitude`].
+    fn attitude(&self) -> Option<Attitude> {
+        None
+    }
+
     /// Returns the body's estimate of its pose, `seconds` after the last update. `stream` gives
     /// random numbers for the errors of the estimate.
     fn sense(
@@ -292,6 +311,10 @@ impl<B: Body> BodyBlock for Bodies<B> {
 
     fn is_broken(&self, index: usize) -> bool {
         self.bodies[index].is_broken()
+    }
+
+    fn attitude(&self, index: usize) -> Option<Attitude> {
+        self.bodies[index].attitude()
     }
 
     fn sense(

@@ -84,7 +84,7 @@ mod world;
 mod world_digest;
 
 pub(crate) use body::BLOCK_ROBOTS_MAX;
-pub use body::{Bodies, Body, BodyBlock, BodyModel, BodySize, BodySurroundings, Moment};
+pub use body::{Attitude, Bodies, Body, BodyBlock, BodyModel, BodySize, BodySurroundings, Moment};
 pub use brain::{Brain, Io, ReceivedFrame, Sensors, TickFrames};
 pub(crate) use digest::Digest;
 pub use environment::Environment;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::TICK_S;
-use super::body::{BLOCK_ROBOTS_MAX, BodyModel, BodySize, Moment, substeps};
+use super::body::{Attitude, BLOCK_ROBOTS_MAX, BodyModel, BodySize, Moment, substeps};
 use super::brain::Brain;
 use super::contact::Crowd;
 use super::environment::{Environment, Ground};
@@ -349,6 +349,16 @@ impl<B: Brain> World<B> {
         let BodySize { radius_mm, height_mm } = self.herds[usize::from(herd.0)].shape;
         let (pose, estimate) = (self.poses[index], self.estimates[index]);
         RobotView { herd, state, pose, estimate, radius_mm, height_mm, led, crashes }
+    }
+
+    /// Returns the attitudes of the robots that tilt, in the order of their ids.
+    pub fn attitudes(&self) -> impl Iterator<Item = (RobotId, Attitude)> + '_ {
+        self.cohorts.iter().flat_map(|cohort| {
+            (0..cohort.count).filter_map(|index| {
+                let attitude = cohort.block.attitude(index)?;
+                Some((RobotId((cohort.first + index) as u16), attitude))
+            })
+        })
     }
 
     /// Returns the visible states of all robots in the order of their ids.

@@ -11,7 +11,7 @@ use crate::scenario::Section;
 
 use super::call::Effect;
 use super::emulation::Emulation;
-use super::model::{ModelKeys, RobotModel, SurroundingsKey};
+use super::model::{Glyph, ModelKeys, RobotModel, SurroundingsKey};
 
 /// A model of robots that the emulator places: their bodies do not move by themselves, and neither
 /// walls nor contacts are felt there. Script functions, positions and surroundings have no part in
@@ -95,6 +95,10 @@ impl RobotModel for HeldRobot {
 
     fn effect(&self, function: &RobotFunction) -> Option<Effect> {
         self.of.effect(function)
+    }
+
+    fn glyph(&self) -> Glyph {
+        self.of.glyph()
     }
 
     fn unusual_surroundings(&self) -> Vec<SurroundingsKey> {

@@ -39,7 +39,7 @@ pub use emulation::{Emulation, FlashJob, layout_section};
 pub use faults::{Consequence, FaultCounts, FaultRecord};
 pub use held::HeldRobot;
 pub use log::{LogLine, News, Piece, unknown_string};
-pub use model::{ModelKeys, Models, RobotModel, SurroundingsKey};
+pub use model::{Glyph, ModelKeys, Models, RobotModel, SurroundingsKey};
 pub use overruns::{Overrun, Overruns};
 pub use post_mortem::PostMortem;
 pub use program::ProgramId;

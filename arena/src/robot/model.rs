@@ -23,6 +23,20 @@ pub struct SurroundingsKey {
     pub unit: &'static str,
 }
 
+/// The form in which pictures show the body of a robot.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Glyph {
+    /// A disc with a notch ahead, for robots of which only the size is known.
+    #[default]
+    Disc,
+    /// A disc on three legs, of which one is ahead.
+    Legs,
+    /// A disc between two wheels.
+    Wheels,
+    /// A frame with a rotor at the end of each of its four arms. Such robots fly.
+    Rotors,
+}
+
 /// A robot that scenarios can use: its body and sensors ([`BodyModel`]), the effects of its
 /// functions, the parameters of its link, and its emulator. The parameters are those of the real
 /// robot unless a section of the scenario changes them.
@@ -60,6 +74,11 @@ pub trait RobotModel: BodyModel + Any {
     /// Returns the effect of a function of the robot file; `None` if it has no effect in the
     /// simulator.
     fn effect(&self, function: &RobotFunction) -> Option<Effect>;
+
+    /// Returns the form in which pictures show the robots.
+    fn glyph(&self) -> Glyph {
+        Glyph::Disc
+    }
 
     /// Returns the mean velocity along x and y in mm/s of the air that the robots feel; `None` if they feel
     /// none, or only calm air.

@@ -11,6 +11,7 @@ use bittybuzz_vm_core::ImageError;
 use bittybuzz_vm_core::SLOTS_MAX;
 use bittybuzz_vm_core::message::FULL_FRAME;
 
+use crate::engine::LinkSettings;
 use crate::robot::checks::Costs;
 use crate::robot::{
     GroupContext, News, ProgramId, QUEUED_MAX, RobotModel, SimRobot, common_effect,
@@ -25,6 +26,7 @@ use super::firmware::Firmware;
 use super::group::{group_of, id, joining_order};
 use super::program::{Compiler, LoadedProgram, Program};
 use super::quantity::QuantityProbe;
+use super::settings::{media, media_of};
 
 /// The most mistakes that are reported. Each lists the names that would be right.
 const MISTAKES_MAX: usize = 100;
@@ -179,6 +181,12 @@ impl Setup {
     pub fn with_compiler(mut self, compiler: Compiler) -> Self {
         self.compiler = Some(compiler);
         self
+    }
+
+    /// Returns the parameters of the link between the robots of a group, at the beginning of a run.
+    pub fn link(&self, group: &Group) -> LinkSettings {
+        let media = media_of(&self.scenario, media(&self.scenario), group);
+        *media.link(group.medium())
     }
 
     /// Returns a program; `None` if the setup has none of that number.

@@ -34,8 +34,8 @@ use bittybuzz_compiler::check::outside::called_flag;
 use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::engine::{
-    AddError, Digest, HerdId, IntruderSettings, Lamp, MovableDisc, Pose, RobotId, RobotState,
-    RobotView, Stream, TICK_US, World,
+    AddError, Attitude, Digest, HerdId, IntruderSettings, Lamp, MovableDisc, Pose, RobotId,
+    RobotState, RobotView, Stream, TICK_US, World,
 };
 use crate::robot::checks::{Findings, WatchStop, WatchedTick};
 use crate::robot::{
@@ -433,6 +433,12 @@ impl Simulation {
     /// Returns the visible state of a robot; `None` if it has not joined yet.
     pub fn view(&self, number: usize) -> Option<RobotView> {
         self.world.robot(self.event_queue.id(number)?)
+    }
+
+    /// Returns the attitudes of the robots that tilt, with their numbers.
+    pub fn attitudes(&self) -> impl Iterator<Item = (usize, Attitude)> {
+        let attitudes = self.world.attitudes();
+        attitudes.map(|(id, attitude)| (self.event_queue.number(id), attitude))
     }
 
     /// Returns the discs that robots push, where they are, in the order of the scenario.

@@ -20,7 +20,7 @@ use crate::scenario::Section;
 use crate::scenario::keys::SectionKeys;
 
 use super::call::{Autopilot, Done, Effect, RobotCall};
-use super::model::{ModelKeys, RobotModel};
+use super::model::{Glyph, ModelKeys, RobotModel};
 use body::{Actuators, DescribedBody, Numbers};
 use sense::Senses;
 
@@ -170,6 +170,15 @@ impl RobotModel for DescribedRobot {
                 (None, None) => Done::Idle,
             }
         }))
+    }
+
+    fn glyph(&self) -> Glyph {
+        match self.body.drive {
+            DriveSpec::Differential { .. } => Glyph::Wheels,
+            DriveSpec::Unicycle { .. } => Glyph::Disc,
+            DriveSpec::SlipStick { .. } => Glyph::Legs,
+            DriveSpec::Quadrotor { .. } => Glyph::Rotors,
+        }
     }
 
     fn autopilot(&self) -> Option<Box<dyn Autopilot>> {

@@ -10,7 +10,7 @@
 //! * The world resolves contacts: it moves the body, which loses its speed in that direction.
 //! * The estimate starts at the true pose, as a robot does that is put on a known place.
 
-use bittybuzz_arena::engine::{Body, BodySurroundings, Pose, Stream, wrap};
+use bittybuzz_arena::engine::{Attitude, Body, BodySurroundings, Pose, Stream, wrap};
 use bittybuzz_arena::robot::PoseError;
 use bittybuzz_crazyflie_physics::sensors::{
     FloorSurface, FlowSensor, FlowSettings, HeightReading, HeightSensor, Imu, ImuSettings,
@@ -430,6 +430,17 @@ impl Body for FlyingBody {
 
     fn is_broken(&self) -> bool {
         self.drone.has_crashed()
+    }
+
+    fn attitude(&self) -> Option<Attitude> {
+        let (state, airframe) = (self.drone.state(), self.drone.airframe());
+        let [ahead, left, up] = DVec3::AXES.map(|axis| state.attitude * axis);
+        let thrust_n: f64 = state.rotor_rpm.iter().map(|speed| airframe.thrust_n(*speed)).sum();
+        Some(Attitude {
+            roll_rad: libm::atan2(left.z, up.z) as f32,
+            pitch_rad: libm::asin(-ahead.z.clamp(-1.0, 1.0)) as f32,
+            thrust: (thrust_n / (4.0 * airframe.hover_thrust_n())) as f32,
+        })
     }
 
     fn sense(

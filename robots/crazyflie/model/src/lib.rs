@@ -17,7 +17,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use bittybuzz_arena::robot::{
-    Autopilot, Effect, Emulation, ModelKeys, RobotModel, SurroundingsKey,
+    Autopilot, Effect, Emulation, Glyph, ModelKeys, RobotModel, SurroundingsKey,
 };
 use bittybuzz_arena::scenario::Section;
 use bittybuzz_arena::scenario::keys::{RADIUS, SectionKeys};
@@ -125,6 +125,10 @@ impl RobotModel for CrazyflieModel {
         let corner =
             |at: [f32; 3], none: [f32; 3]| [0, 1, 2].map(|axis| limit(at[axis], none[axis]));
         (self.fence != wide).then(|| [corner(least, none_least), corner(most, none_most)])
+    }
+
+    fn glyph(&self) -> Glyph {
+        Glyph::Rotors
     }
 
     fn effect(&self, function: &RobotFunction) -> Option<Effect> {

@@ -12,7 +12,7 @@ mod script;
 use std::sync::Arc;
 
 use bittybuzz_arena::engine::Media;
-use bittybuzz_arena::robot::{Effect, Emulation, ModelKeys, RobotModel};
+use bittybuzz_arena::robot::{Effect, Emulation, Glyph, ModelKeys, RobotModel};
 use bittybuzz_arena::scenario::Section;
 use bittybuzz_arena::scenario::keys::{GAIN_ERROR, RADIUS, SectionKeys};
 use bittybuzz_arena::scenario_keys;
@@ -90,6 +90,10 @@ impl RobotModel for KilobotModel {
     /// An instruction of a script takes some 150 cycles of the ATmega328P at 8 MHz.
     fn budget(&self) -> u16 {
         5_000
+    }
+
+    fn glyph(&self) -> Glyph {
+        Glyph::Legs
     }
 
     fn effect(&self, function: &RobotFunction) -> Option<Effect> {

@@ -11,7 +11,7 @@ mod table;
 
 use std::sync::Arc;
 
-use bittybuzz_arena::robot::{Effect, Emulation, ModelKeys, RobotModel};
+use bittybuzz_arena::robot::{Effect, Emulation, Glyph, ModelKeys, RobotModel};
 use bittybuzz_arena::scenario::Section;
 use bittybuzz_arena::scenario::keys::{GAIN_ERROR, RADIUS, SectionKeys};
 use bittybuzz_arena::scenario_keys;
@@ -70,6 +70,10 @@ impl RobotModel for ZooidModel {
         let detector = section.word("power_detector", &POWER_DETECTORS);
         model.power_detector = detector.unwrap_or(model.power_detector);
         Arc::new(model)
+    }
+
+    fn glyph(&self) -> Glyph {
+        Glyph::Wheels
     }
 
     fn effect(&self, function: &RobotFunction) -> Option<Effect> {
