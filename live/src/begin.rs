@@ -1,7 +1,7 @@
 //! The description of the world, which a client needs before the first sample.
 
 use bittybuzz_arena::engine::Medium;
-use bittybuzz_arena::robot::SurroundingsKey;
+use bittybuzz_arena::robot::{Glyph, SurroundingsKey};
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{
     Group, MovableSection, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape,
@@ -10,9 +10,9 @@ use bittybuzz_arena::scenario::{
 use crate::band;
 use crate::conditions;
 use crate::page_event::{
-    AssignmentDescription, BeginEvent, ExpectationDescription, FenceDescription, GroupDescription,
-    MediumDescription, MovableDescription, ObstacleDescription, PatchDescription, QuantityNames,
-    SurroundingsDescription,
+    AssignmentDescription, BeginEvent, ExpectationDescription, FenceDescription, GlyphName,
+    GroupDescription, LinkDescription, MediumDescription, MovableDescription, ObstacleDescription,
+    PatchDescription, QuantityNames, SurroundingsDescription,
 };
 use crate::relative::relative;
 
@@ -24,9 +24,11 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         name: Some(group.name.clone()),
         robot: Some(group.robot.name.clone()),
         script: group.script.as_ref().map(|script| relative(&scenario.folder, script)),
+        glyph: glyph(group.model.glyph()),
         count: group.count,
         first_id: group.first_id,
         radius: group.radius_mm(),
+        link: Some(link(setup, group)),
         slots: Some(group.robot.vm.slots),
         wind: group.model.wind_mm_s().map(|wind| wind.map(|part| f64::from(part.round()))),
         surroundings: group.model.unusual_surroundings().into_iter().map(surroundings).collect(),
@@ -62,6 +64,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         assignment,
         scripts: None,
         controls: None,
+        about: None,
         stops_on_error: None,
     }
 }
@@ -72,6 +75,23 @@ fn fence([least, most]: [[f32; 3]; 2]) -> FenceDescription {
         least: [limit(least[0]), limit(least[1])],
         most: [limit(most[0]), limit(most[1])],
         height: limit(most[2]),
+    }
+}
+
+fn glyph(glyph: Glyph) -> GlyphName {
+    match glyph {
+        Glyph::Disc => GlyphName::Disc,
+        Glyph::Legs => GlyphName::Legs,
+        Glyph::Wheels => GlyphName::Wheels,
+        Glyph::Rotors => GlyphName::Rotors,
+    }
+}
+
+fn link(setup: &Setup, group: &Group) -> LinkDescription {
+    LinkDescription {
+        medium: group.medium().word(),
+        range: setup.link(group).range.map(f64::from),
+        is_between_rims: group.medium() == Medium::Infrared,
     }
 }
 

@@ -10,10 +10,12 @@ use bittybuzz_arena::scenario::{
 };
 use serde_json::{Value, json};
 
+use crate::about::ScriptAbout;
 use crate::begin;
 use crate::compiler_message::CompilerMessage;
 use crate::controls::{self, Control};
 use crate::hand_in::{TextFile, seconds, sha256};
+use crate::leds;
 use crate::page_event::{
     ChangedEvent, DiagnosticsEvent, PageEvent, RanEvent, ScenarioEvent, ScriptEvent, WrittenEvent,
 };
@@ -75,6 +77,16 @@ pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Control> {
         }
     }
     once
+}
+
+/// Returns the texts about the scripts in their comments.
+pub fn about_scripts(drafts: &Drafts, setup: &Setup) -> Vec<ScriptAbout> {
+    let own = scripts(&setup.scenario).into_iter();
+    let own = own.filter_map(|script| {
+        let text = drafts.text(setup, script).ok()?;
+        Some(ScriptAbout::new(name_of(&setup.scenario, script), &text))
+    });
+    own.collect()
 }
 
 /// Returns the name of the scenario, in the form of the scripts' names.
@@ -183,7 +195,8 @@ pub fn load(
     drafts.loaded(&path);
     let quantities = begin::quantities(session.run().setup());
     let controls = controls(drafts, &setup);
-    let ran = RanEvent { name: name.to_owned(), draft, quantities, controls };
+    let about = about_scripts(drafts, &setup);
+    let ran = RanEvent { name: name.to_owned(), draft, quantities, controls, about };
     Ok([PageEvent::Diagnostics(diagnostics), PageEvent::Ran(ran)])
 }
 
@@ -414,9 +427,11 @@ fn with_slashes(path: &Path) -> String {
     parts.join("/")
 }
 
-/// Returns the event with the compiler's messages and the malformed controls in a text.
+/// Returns the event with the compiler's messages and the malformed comments in a text.
 fn diagnostics(name: &str, text: &str, diagnostics: Vec<CompilerMessage>) -> DiagnosticsEvent {
-    let problems = controls::read(text).into_iter().filter_map(Result::err).collect();
+    let controls = controls::read(text).into_iter().filter_map(Result::err);
+    let leds = leds::read(text).into_iter().filter_map(Result::err);
+    let problems = controls.chain(leds).collect();
     DiagnosticsEvent { name: name.to_owned(), diagnostics, problems }
 }
 

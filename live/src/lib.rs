@@ -63,6 +63,7 @@
 //! Read or write files (the caller's [`Workshop`] and [`UnsavedStore`] do; a [`Shelf`] is a workshop in
 //! memory), listen on a network, draw.
 
+mod about;
 mod backlog;
 mod band;
 mod begin;
@@ -77,6 +78,7 @@ mod faults;
 mod grading;
 mod hand_in;
 mod inspection;
+mod leds;
 mod live;
 mod pace;
 mod page_event;

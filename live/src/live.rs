@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use bittybuzz_arena::engine::Pose;
+use bittybuzz_arena::engine::{Attitude, Pose};
 use bittybuzz_arena::output::recorder;
 use bittybuzz_arena::robot::BatteryState;
 use bittybuzz_arena::run::{FirmwareError, Session, TICKS_PER_SECOND, Verdict};
@@ -11,6 +11,7 @@ use bittybuzz_arena::scenario::{Quantity, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::{Inspection, Limits};
 
+use crate::about::AboutDescription;
 use crate::backlog::Backlog;
 use crate::begin;
 use crate::changes::{self, Changes, Commands};
@@ -22,9 +23,10 @@ use crate::grading::Assignment;
 use crate::hand_in::{HandIn, TextFile};
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    BatteryDescription, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExpectationEvent,
-    ExplanationEvent, FailedEvent, FaultEvent, InspectionEvent, PageEvent, ScenarioEvent,
-    ScriptsDescription, SeekingEvent, SeriesCutEvent, StateEvent, TrialsEvent,
+    AttitudeDescription, AttitudesEvent, BatteryDescription, BeginEvent, CommandsEvent,
+    ConditionsEvent, DigestEvent, ExpectationEvent, ExplanationEvent, FailedEvent, FaultEvent,
+    InspectionEvent, PageEvent, ScenarioEvent, ScriptsDescription, SeekingEvent, SeriesCutEvent,
+    StateEvent, TrialsEvent,
 };
 use crate::request::{Request, Texts};
 use crate::samples::Samples;
@@ -89,6 +91,8 @@ pub struct Live {
     /// Lamps and commands, as they were last sent to the client.
     conditions: ConditionsEvent,
     changes: Changes,
+    /// The attitudes of robots, as they were last sent to the client.
+    attitudes: AttitudesEvent,
     /// The verdicts of the expectations, as they were last sent to the client.
     verdicts: Vec<Verdict>,
     /// True if the emulation of robots failed, so that the run cannot go on.
@@ -120,6 +124,7 @@ impl Live {
             trials: None,
             conditions,
             changes: Changes::default(),
+            attitudes: AttitudesEvent::default(),
             verdicts: Vec::new(),
             has_failed: false,
             stop_on_error: None,
@@ -719,6 +724,21 @@ impl Live {
         self.events.push(PageEvent::Inspection(Box::new(event)));
     }
 
+    fn add_attitudes(&mut self) {
+        let run = self.session.run();
+        let flying = run.attitudes().filter(|(_, attitude)| attitude.thrust > 0.0);
+        let robots = flying.map(|(robot, Attitude { roll_rad, pitch_rad, thrust })| {
+            let tenths = |degrees: f32| (f64::from(degrees) * 10.0).round() / 10.0;
+            let [roll, pitch] = [roll_rad, pitch_rad].map(|angle| tenths(angle.to_degrees()));
+            AttitudeDescription { robot, roll, pitch, thrust: f64::from((thrust * 100.0).round()) }
+        });
+        let attitudes = AttitudesEvent { robots: robots.collect() };
+        if self.attitudes != attitudes {
+            self.events.push(PageEvent::Attitudes(attitudes.clone()));
+            self.attitudes = attitudes;
+        }
+    }
+
     fn refuse_command(&mut self, error: &ScenarioError) {
         self.refuse(&error.to_string(), error.help());
     }
@@ -740,6 +760,7 @@ impl Source for Live {
         self.series.restart();
         self.samples.restart();
         self.verdicts.clear();
+        self.attitudes = AttitudesEvent::default();
         self.trials = None;
         let setup = self.session.run().setup();
         let scripts = self.drafts.as_ref().map(|drafts| ScriptsDescription {
@@ -751,9 +772,13 @@ impl Source for Live {
             unsaved: self.unsaved.begin(drafts, setup, &self.opened),
         });
         let controls = self.drafts.as_ref().map(|drafts| edit::controls(drafts, setup));
+        let drafts = self.drafts.as_ref();
+        let about = drafts.map(|drafts| {
+            AboutDescription::new(&self.scenario, edit::about_scripts(drafts, setup))
+        });
         let stops_on_error = Some(self.stops_on_error());
         let world = begin::describe(self.session.run());
-        let begin = BeginEvent { scripts, controls, stops_on_error, ..world };
+        let begin = BeginEvent { scripts, controls, about, stops_on_error, ..world };
         self.events = Backlog::default();
         self.events.push(PageEvent::Begin(Box::new(begin)));
         // The description of the world does not say if changes can be undone: an event will.
@@ -799,6 +824,7 @@ impl Source for Live {
 
     fn take_sample(&mut self) -> Vec<u8> {
         self.add_inspection();
+        self.add_attitudes();
         self.events.extend(self.watch.take(self.session.run()));
         let run = self.session.run();
         let (robots, movables) = (recorder::robots(run), recorder::movables(run));

@@ -6,6 +6,7 @@
 use bittybuzz_fault::FaultDescription;
 use serde::Serialize;
 
+use crate::about::{AboutDescription, ScriptAbout};
 use crate::compiler_message::CompilerMessage;
 use crate::controls::{Control, ControlProblem};
 use crate::grading::Mark;
@@ -36,6 +37,8 @@ pub enum PageEvent {
     Expectation(ExpectationEvent),
     /// The memory of the robot that the client inspects.
     Inspection(Box<InspectionEvent>),
+    /// The attitudes of the robots that fly, after they have changed.
+    Attitudes(AttitudesEvent),
     /// The messages between robots since the last sample.
     Messages(MessagesEvent),
     /// The quantity that the client watches.
@@ -136,6 +139,10 @@ pub struct BeginEvent {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, ts(optional))]
     pub controls: Option<Vec<Control>>,
+    /// Present if scripts can be edited.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub about: Option<AboutDescription>,
     /// Present in a session: true if the run pauses at a fault.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(test, ts(optional))]
@@ -158,10 +165,14 @@ pub struct GroupDescription {
     pub robot: Option<String>,
     /// The path of the script, relative to the folder of the scenario.
     pub script: Option<String>,
+    /// The form of the robots in pictures.
+    pub glyph: GlyphName,
     pub count: u32,
     pub first_id: u16,
     /// The radius of a body in mm.
     pub radius: f64,
+    /// The link between the robots; `None` if it is not known.
+    pub link: Option<LinkDescription>,
     /// The slots of a machine.
     pub slots: Option<u32>,
     /// The mean velocity of the wind that the robots feel, along x and y in mm/s.
@@ -182,6 +193,33 @@ pub struct FenceDescription {
     pub most: [Option<f64>; 2],
     /// The greatest height.
     pub height: Option<f64>,
+}
+
+/// The form in which pictures show the body of a robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(rename_all = "snake_case")]
+pub enum GlyphName {
+    /// A disc of which only the size is known, with a notch ahead.
+    Disc,
+    /// A disc on three legs.
+    Legs,
+    /// A disc between two wheels.
+    Wheels,
+    /// A frame with four rotors. Such robots fly.
+    Rotors,
+}
+
+/// The link between the robots of a group.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LinkDescription {
+    /// The name of the medium.
+    pub medium: &'static str,
+    /// The range in mm; `None` is unlimited.
+    pub range: Option<f64>,
+    /// True if the range is measured between the rims of two robots, not between their middles.
+    pub is_between_rims: bool,
 }
 
 /// A number in the scenario that describes the surroundings of robots.
@@ -476,6 +514,27 @@ pub struct BatteryDescription {
     pub charge: Option<f32>,
 }
 
+/// The attitudes of robots with a flight controller. A robot without one is level.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct AttitudesEvent {
+    pub robots: Vec<AttitudeDescription>,
+}
+
+/// The attitude of a robot, and the thrust of its rotors.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct AttitudeDescription {
+    /// The number of the robot.
+    pub robot: usize,
+    /// Degrees; positive lifts the left side.
+    pub roll: f64,
+    /// Degrees; positive lowers the nose.
+    pub pitch: f64,
+    /// Percent of the thrust in hover.
+    pub thrust: f64,
+}
+
 /// Messages by their fate. Each is the number of the sender and that of the receiver.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
@@ -569,7 +628,7 @@ pub struct ScriptEvent {
 pub struct DiagnosticsEvent {
     pub name: String,
     pub diagnostics: Vec<CompilerMessage>,
-    /// The malformed controls in the text.
+    /// The malformed comments in the text.
     pub problems: Vec<ControlProblem>,
 }
 
@@ -582,6 +641,8 @@ pub struct RanEvent {
     pub draft: String,
     pub quantities: QuantityNames,
     pub controls: Vec<Control>,
+    /// The texts about the scripts.
+    pub about: Vec<ScriptAbout>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

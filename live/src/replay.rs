@@ -12,7 +12,7 @@ use bittybuzz_arena::output::recording::{
 
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    BeginEvent, GroupDescription, MovableDescription, ObstacleDescription, PageEvent,
+    BeginEvent, GlyphName, GroupDescription, MovableDescription, ObstacleDescription, PageEvent,
     PatchDescription, RecordingDescription, StateEvent,
 };
 use crate::request::Request;
@@ -167,9 +167,11 @@ fn group(bodies: &[RecordedBody]) -> GroupDescription {
         name: None,
         robot: None,
         script: None,
+        glyph: GlyphName::Disc,
         count: bodies.len() as u32,
         first_id: first.id,
         radius: mm(first.radius.into()),
+        link: None,
         slots: None,
         wind: None,
         surroundings: Vec::new(),

@@ -12,7 +12,8 @@ use bittybuzz_fault::FaultDescription;
 
 use crate::backlog::{Backlog, Waiting};
 use crate::page_event::{
-    BeginEvent, FaultConsequence, FaultEvent, GroupDescription, LogEvent, PageEvent, StateEvent,
+    BeginEvent, FaultConsequence, FaultEvent, GlyphName, GroupDescription, LogEvent, PageEvent,
+    StateEvent,
 };
 use crate::samples::Samples;
 use crate::source::Source;
@@ -162,9 +163,11 @@ impl Source for Watched {
             name: Some(robot.clone()),
             robot: Some(robot.clone()),
             script: Some(script.clone()),
+            glyph: GlyphName::Disc,
             count: 1,
             first_id: *id,
             radius: RADIUS.into(),
+            link: None,
             slots: Some(0),
             wind: None,
             surroundings: Vec::new(),

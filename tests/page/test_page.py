@@ -419,8 +419,8 @@ def test_log_lines_faults_and_expectations_are_listed(page):
 
 def test_the_keyboard_is_enough(page):
     controls = ["start", "back", "play", "step", "rate", "save", "keys"]
-    display = ["canvas", "color", "add-curve", "messages", "trails", "stop-on-error", "picture", "drawing"]
-    parts = [page.locator(f"#{part}") for part in [*controls, *display, "tab-robot"]]
+    display = ["canvas", "color", "add-curve", "messages", "trails", "show-labels", "stop-on-error", "follow", "fit-robots", "picture", "drawing"]
+    parts = [page.locator(f"#{part}") for part in [*controls, *display, "tab-about", "about"]]
     # Each curve has a scale, a table, and an end.
     curves = page.locator(".curve :is(select, button)")
     expect(curves).to_have_count(6)

@@ -1,5 +1,11 @@
 // Written by `BITTYBUZZ_WRITE_DECLARATIONS=1 cargo test -p bittybuzz-live declarations` from the types of live/src/page_event.rs.
 
+export type AboutDescription = { 
+/**
+ * The paragraphs of the comment with which the scenario begins.
+ */
+text: Array<string>, scripts: Array<ScriptAbout>, proposals: Array<Proposal>, };
+
 export type ActivityName = "empty" | "idle" | "running" | "waiting" | "faulted" | "resting";
 
 export type AssignmentDescription = { title: string, 
@@ -7,6 +13,26 @@ export type AssignmentDescription = { title: string,
  * The task in words.
  */
 text: string, };
+
+export type AttitudeDescription = { 
+/**
+ * The number of the robot.
+ */
+robot: number, 
+/**
+ * Degrees; positive lifts the left side.
+ */
+roll: number, 
+/**
+ * Degrees; positive lowers the nose.
+ */
+pitch: number, 
+/**
+ * Percent of the thrust in hover.
+ */
+thrust: number, };
+
+export type AttitudesEvent = { robots: Array<AttitudeDescription>, };
 
 export type BandDescription = { 
 /**
@@ -73,6 +99,10 @@ scripts?: ScriptsDescription,
  * Present if scripts can be edited.
  */
 controls?: Array<Control>, 
+/**
+ * Present if scripts can be edited.
+ */
+about?: AboutDescription, 
 /**
  * Present in a session: true if the run pauses at a fault.
  */
@@ -159,7 +189,7 @@ help: string, };
 
 export type DiagnosticsEvent = { name: string, diagnostics: Array<CompilerMessage>, 
 /**
- * The malformed controls in the text.
+ * The malformed comments in the text.
  */
 problems: Array<ControlProblem>, };
 
@@ -325,6 +355,8 @@ source: FrameSource | null, locals: Array<NamedValue>, };
 
 export type FrameSource = { file: string, line: number, column: number, };
 
+export type GlyphName = "disc" | "legs" | "wheels" | "rotors";
+
 export type GroupDescription = { name: string | null, 
 /**
  * The name of the robots' model.
@@ -333,11 +365,19 @@ robot: string | null,
 /**
  * The path of the script, relative to the folder of the scenario.
  */
-script: string | null, count: number, first_id: number, 
+script: string | null, 
+/**
+ * The form of the robots in pictures.
+ */
+glyph: GlyphName, count: number, first_id: number, 
 /**
  * The radius of a body in mm.
  */
 radius: number, 
+/**
+ * The link between the robots; `null` if it is not known.
+ */
+link: LinkDescription | null, 
 /**
  * The slots of a machine.
  */
@@ -380,11 +420,31 @@ at_fault: MemoryDescription | null, battery: BatteryDescription | null,
  */
 estimate: [number, number, number] | null, };
 
+export type LedMeaning = { 
+/**
+ * The sum of 1 for red, 2 for green and 4 for blue, as `led()` takes it.
+ */
+color: number, meaning: string, };
+
 export type LightDescription = { 
 /**
  * The position in mm.
  */
 at: [number, number], brightness: number, };
+
+export type LinkDescription = { 
+/**
+ * The name of the medium.
+ */
+medium: string, 
+/**
+ * The range in mm; `null` is unlimited.
+ */
+range: number | null, 
+/**
+ * True if the range is measured between the rims of two robots, not between their middles.
+ */
+is_between_rims: boolean, };
 
 export type LogEvent = { tick: number, 
 /**
@@ -545,7 +605,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "attitudes" } & AttitudesEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
@@ -562,6 +622,12 @@ displaced: [number, number],
  * The number of the robot whose poses it gets in place of its own.
  */
 seen_as: number | null, };
+
+export type Proposal = { label: string, 
+/**
+ * The command, as the client requests it.
+ */
+command: string, };
 
 export type QuantityEvent = { tick: number, name: string, 
 /**
@@ -603,7 +669,11 @@ name: string,
 /**
  * The name of the draft.
  */
-draft: string, quantities: QuantityNames, controls: Array<Control>, };
+draft: string, quantities: QuantityNames, controls: Array<Control>, 
+/**
+ * The texts about the scripts.
+ */
+about: Array<ScriptAbout>, };
 
 export type RanMark = { 
 /**
@@ -805,6 +875,16 @@ text: string,
  * The names of files that are no texts, so that the scenario needs them next to it.
  */
 missing: Array<string>, };
+
+export type ScriptAbout = { 
+/**
+ * The name of the script.
+ */
+name: string, 
+/**
+ * The paragraphs of the comment with which the script begins.
+ */
+text: Array<string>, leds: Array<LedMeaning>, };
 
 export type ScriptEvent = { name: string, 
 /**

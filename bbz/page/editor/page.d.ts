@@ -8,8 +8,11 @@ export interface Parts {
     canvas: HTMLCanvasElement;
     color: HTMLSelectElement;
     explanation: HTMLDialogElement;
+    follow: HTMLInputElement;
     help: HTMLDialogElement;
     keep: HTMLInputElement;
+    labels: HTMLCanvasElement;
+    "show-labels": HTMLInputElement;
     "keep-changes": HTMLInputElement;
     messages: HTMLInputElement;
     rate: HTMLSelectElement;

@@ -26,9 +26,11 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 33] = [
+const ASSETS: [Asset; 38] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
+    asset!("about.js", SCRIPT),
+    asset!("bodies.js", SCRIPT),
     asset!("buzz.js", SCRIPT),
     asset!("camera.js", SCRIPT),
     asset!("controls.js", SCRIPT),
@@ -40,8 +42,11 @@ const ASSETS: [Asset; 33] = [
     asset!("element.js", SCRIPT),
     asset!("fault.js", SCRIPT),
     asset!("fence.js", SCRIPT),
+    asset!("focus.js", SCRIPT),
+    asset!("glyph.js", SCRIPT),
     asset!("grading.js", SCRIPT),
     asset!("ground.js", SCRIPT),
+    asset!("labels.js", SCRIPT),
     asset!("log.js", SCRIPT),
     asset!("main.js", SCRIPT),
     asset!("memory.js", SCRIPT),

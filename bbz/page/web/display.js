@@ -32,6 +32,15 @@ export class DisplayOptions {
             view.sampled(true);
         });
         part("tilted").addEventListener("change", () => view.tilt(part("tilted").checked));
+        part("show-labels").addEventListener("change", () => {
+            view.labels.isOn = part("show-labels").checked;
+            view.changed();
+        });
+        part("follow").addEventListener("change", () => view.follow(part("follow").checked));
+        part("fit-robots").addEventListener("click", () => {
+            this.stopFollowing();
+            view.fitRobots();
+        });
         part("picture").addEventListener("click", () => {
             // A picture has to be taken before the browser clears what was drawn.
             view.draw();
@@ -58,6 +67,12 @@ export class DisplayOptions {
             part("color").value = "";
         }
         this.changed();
+    }
+
+    // The user looks elsewhere.
+    stopFollowing() {
+        part("follow").checked = false;
+        this.view.follow(false);
     }
 
     // Robots have moved.

@@ -1,5 +1,6 @@
 // The world as a drawing: SVG text, for papers.
 
+import { PARTS } from "./bodies.js";
 import { edgesOf } from "./fence.js";
 import { placedMovables, RING } from "./obstacles.js";
 import { groundColor, paintColor } from "./paint.js";
@@ -87,7 +88,7 @@ function shape(outline, color) {
     return `<rect x="${x - width / 2}" y="${y - height / 2}" width="${width}" height="${height}"${turn} ${paint(color)}/>`;
 }
 
-// A disc with a line ahead, and its lit LED.
+// The glyph of a robot, and its lit LED.
 /**
  * @param {View} view
  * @param {number} robot
@@ -96,15 +97,41 @@ function body(view, robot) {
     const { robots, colors, radii } = view;
     const [x, y] = view.placeOf(robot);
     const radius = radii[robot];
-    const angle = (robots.heading[robot] / 65536) * 2 * Math.PI;
+    const degrees = (robots.heading[robot] / 65536) * 360;
     const led = robots.led[robot];
     const lit = [led & 1, (led >> 1) & 1, (led >> 2) & 1].map((on) => on * 0.85 + 0.1);
     const edge = view.chosen === robot ? colors.chosen : colors.edge;
-    return `<g><title>${robots.ids[robot]}</title>`
-        + `<circle cx="${x}" cy="${y}" r="${radius * 0.94}" ${paint(view.colorOf(robot))} stroke="${rgb(edge)}" stroke-width="${radius * 0.12}"/>`
-        + (led > 0 && !view.shares ? `<circle cx="${x}" cy="${y}" r="${radius * 0.62}" ${paint(lit)}/>` : "")
-        + segment([0.4, 1].flatMap((share) => [x + share * radius * Math.cos(angle), y + share * radius * Math.sin(angle)]), colors.edge, radius * 0.28)
-        + "</g>";
+    const limb = view.chosen === robot ? colors.chosen : colors.limb;
+    const color = view.colorOf(robot);
+    const disc = (/** @type {number} */ share, /** @type {Color} */ fill, rim = 0) => `<circle cx="${x}" cy="${y}" r="${share * radius}" ${paint(fill)}`
+        + (rim > 0 ? ` stroke="${rgb(edge)}" stroke-width="${radius * rim}"/>` : "/>");
+    const lamp = (/** @type {number} */ share) => (led > 0 && !view.shares ? disc(share, lit) : "");
+    // Its parts, in radii with x ahead.
+    const parts = (/** @type {string[]} */ ...inside) => `<g transform="translate(${x} ${y}) rotate(${degrees.toFixed(1)}) scale(${radius})">${inside.join("")}</g>`;
+    const notch = `<rect x="${PARTS.notch[0]}" y="${-PARTS.notch[1]}" width="${0.98 - PARTS.notch[0]}" height="${2 * PARTS.notch[1]}" ${paint(colors.edge)}/>`;
+    const dot = (/** @type {number} */ atX, /** @type {number} */ atY, /** @type {number} */ size) => `<circle cx="${atX.toFixed(3)}" cy="${atY.toFixed(3)}" r="${size}" ${paint(colors.limb)}/>`;
+    const glyphs = {
+        disc: () => disc(0.94, color, 0.12) + lamp(PARTS.lamp) + parts(notch),
+        legs: () => disc(PARTS.rim - 0.06, color, 0.12) + lamp(PARTS.lamp - 0.06)
+            + parts(...PARTS.legs.map((angle, leg) => {
+                const [away, size] = PARTS.leg[Math.min(leg, 1)];
+                return dot(away * Math.cos(angle), away * Math.sin(angle), size);
+            })),
+        wheels: () => {
+            const [away, long, wide] = PARTS.wheel;
+            const wheel = (/** @type {number} */ side) => `<rect x="${-long}" y="${side * away - wide}" width="${2 * long}" height="${2 * wide}" rx="0.08" ${paint(colors.limb)}/>`;
+            return disc(PARTS.rim - 0.05, color, 0.1) + lamp(PARTS.lamp) + parts(notch, wheel(1), wheel(-1));
+        },
+        rotors: () => {
+            const [away, size] = PARTS.rotor;
+            const corners = [[1, 1], [1, -1], [-1, -1], [-1, 1]].map((corner) => corner.map((side) => side * away));
+            return parts(...corners.map(([atX, atY]) => `<circle cx="${atX}" cy="${atY}" r="${size - 0.05}" ${paint(color)} fill-opacity="0.65" stroke="${rgb(color)}" stroke-width="0.1"/>`),
+                ...corners.slice(0, 2).map(([atX, atY]) => `<line x1="${atX}" y1="${atY}" x2="${-atX}" y2="${-atY}" stroke="${rgb(limb)}" stroke-width="${2 * PARTS.arm}"/>`),
+                `<path d="M0.2 0.26L0.72 0L0.2 -0.26Z" ${paint(limb)}/>`)
+                + disc(PARTS.hub - 0.05, color, 0.1) + lamp(PARTS.hub - 0.1);
+        },
+    };
+    return `<g><title>${robots.ids[robot]}</title>${glyphs[view.glyphs[robot]]()}</g>`;
 }
 
 /**

@@ -111,7 +111,7 @@ export class Ground {
             write(shown, texts.percent(Number(slider.value) / 100));
         });
         slider.addEventListener("change", () => this.command(`loss = ${Number(slider.value) / 100}\nmedium = "${name}"`));
-        return element("label", { class: "loss" }, element("span", {}, /** @type {Record<string, string>} */ (texts.media)[name] ?? name), slider, shown);
+        return element("label", { class: "loss" }, element("span", {}, texts.media[name] ?? name), slider, shown);
     }
 
     // Parts that receive nothing from each other: by a line through the world, or by ids.

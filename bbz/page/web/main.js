@@ -1,5 +1,6 @@
 // The page: the parts, and what passes between them and the session.
 
+import { About } from "./about.js";
 import { Controls } from "./controls.js";
 import { Curves } from "./curves.js";
 import { Editor } from "./editor.js";
@@ -10,7 +11,7 @@ import { Ground } from "./ground.js";
 import { Log, showTests } from "./log.js";
 import { DisplayOptions } from "./display.js";
 import { Pointer } from "./pointer.js";
-import { Robots } from "./recording.js";
+import { FAILED, Robots } from "./recording.js";
 import { RobotPanel } from "./robot.js";
 import { connect } from "./session.js";
 import { texts } from "./texts.js";
@@ -61,9 +62,10 @@ const command = (/** @type {string} */ text) => {
 fillTexts();
 const robots = new Robots();
 const view = new View(part("canvas"));
-const tabs = new Tabs(["robot", "script", "log", "tests", "ground"], (name) => name === "script" && editor.measure());
+const tabs = new Tabs(["about", "robot", "script", "log", "tests", "ground"], (name) => name === "script" && editor.measure());
 const panel = new RobotPanel(robots, command, compare, openPlace);
 const log = new Log(choose, (code) => ask({ explain: { code } }));
+const about = new About(command);
 const ground = new Ground(command, ask, () => view.beginCut());
 const controls = new Controls(command);
 const curves = new Curves(view, watch, goTo);
@@ -77,6 +79,8 @@ new Pointer(view, {
     onCompare: compare,
     onMove: (robot, at) => panel.move(at, robot),
     onLamp: (lamp, at) => ground.moveLamp(lamp, at),
+    onLook: () => display.stopFollowing(),
+    onFollow: () => part("follow").click(),
     onCut: (from, to) => ground.cut(view.idsLeftOf(from, to)),
 });
 
@@ -135,10 +139,12 @@ const handlers = {
         // The playground has it in its list of examples.
         write(part("scenario"), session.link ? "" : (begun.scripts?.scenario ?? ""));
         view.begin(begun, robots);
+        about.begin(begun);
         panel.begin(begun, view.chosen);
         ground.begin(begun);
         curves.begin(begun);
         display.begin(begun);
+        display.sampled();
         controls.begin(begun.controls ?? []);
         part("stop-on-error").checked = begun.stops_on_error ?? false;
         if (editor.begin(begun)) {
@@ -192,6 +198,7 @@ const handlers = {
         view.poseErrors = event.pose_errors;
         view.changed();
         ground.show(event);
+        about.show(event.lights);
         showCommands(event.commands);
         if (world) {
             world.commands = event.commands;
@@ -230,11 +237,16 @@ const handlers = {
     inspection(event) {
         panel.inspect(event);
         if (event.robot === view.chosen) {
-            const senders = new Set(panel.neighbors);
+            // A robot that failed still has the neighbors in its memory that it had then.
+            const senders = new Set(robots.state[event.robot] === FAILED ? [] : panel.neighbors);
             view.estimate = event.estimate;
             view.neighbors = robots.ids.flatMap((id, number) => (senders.has(id) ? [number] : []));
             view.changed();
         }
+    },
+    attitudes({ robots: attitudes }) {
+        view.setAttitudes(attitudes);
+        panel.attitudes = attitudes;
     },
     messages(event) {
         view.showMessages(event, state.plays);
@@ -277,6 +289,7 @@ const handlers = {
             curves.learn(world);
         }
         controls.begin(event.controls);
+        about.ran(event.about);
         editor.ran(event);
     },
     offered({ scripts }) {

@@ -18,6 +18,8 @@ const KEY_TURN = Math.PI / 24;
  * @property {(robot: number) => void} onCompare
  * @property {(robot: number, at: Place) => void} onMove
  * @property {(lamp: number, at: Place) => void} onLamp
+ * @property {() => void} onLook the user looks elsewhere
+ * @property {() => void} onFollow
  * @property {(from: Place, to: Place) => void} onCut
  */
 
@@ -44,7 +46,10 @@ export class Pointer {
         canvas.addEventListener("pointermove", (event) => this.move(event));
         canvas.addEventListener("pointerup", (event) => this.release(event));
         canvas.addEventListener("pointercancel", (event) => this.release(event));
-        canvas.addEventListener("dblclick", () => view.fit());
+        canvas.addEventListener("dblclick", () => {
+            actions.onLook();
+            view.fit();
+        });
         canvas.addEventListener("wheel", (event) => {
             event.preventDefault();
             view.zoom(Math.exp(-event.deltaY / 500), view.toWorld(event));
@@ -107,6 +112,7 @@ export class Pointer {
             view.dragged = { robot: pressed.robot, lamp: pressed.lamp, at: view.toWorld(event, pressed.robot === null ? 0 : view.robots.z[pressed.robot] / 10) };
             view.changed();
         } else {
+            this.actions.onLook();
             view.pan(right, below);
             [pressed.x, pressed.y] = [event.clientX, event.clientY];
         }
@@ -176,11 +182,18 @@ export class Pointer {
         } else if (arrow && event.ctrlKey) {
             view.turnBy(KEY_TURN * arrow[0], KEY_TURN * arrow[1]);
         } else if (arrow) {
+            actions.onLook();
             view.pan(-40 * arrow[0], 40 * arrow[1]);
         } else if (event.key === "+" || event.key === "-") {
             view.zoom(event.key === "+" ? 1.25 : 0.8);
         } else if (event.key === "0") {
+            actions.onLook();
             view.fit();
+        } else if (event.key === "f" && !event.ctrlKey && !event.metaKey) {
+            actions.onFollow();
+        } else if (event.key === "r" && !event.ctrlKey && !event.metaKey) {
+            actions.onLook();
+            view.fitRobots();
         } else if (event.key === "n" || event.key === "p") {
             const next = (view.chosen ?? -1) + (event.key === "n" ? 1 : -1);
             actions.onChoose(Math.max(0, Math.min(view.robots.count - 1, next)));

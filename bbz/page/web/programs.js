@@ -1,15 +1,10 @@
 // Programs of the graphics card. Each fades the edges of what it draws.
 
-// Radius of the glow of an LED, in radii of the body.
-export const GLOW = 2.2;
-// Colors from the lowest share to the highest.
-const STEPS = 6;
-
-const HEAD = `#version 300 es
+export const HEAD = `#version 300 es
 precision highp float;`;
 
 // From mm to clip space.
-const PROJECT = `
+export const PROJECT = `
 uniform vec4 view; // middle in mm, scale to clip space
 uniform mat3x2 axes; // the ways of x, y and z in the picture
 vec2 project(vec3 place) {
@@ -104,87 +99,6 @@ uniform vec4 paint;
 out vec4 result;
 void main() {
     result = vec4(paint.rgb, paint.a * texelFetch(layer, ivec2(gl_FragCoord.xy), 0).r);
-}`;
-
-// The bodies of all robots, or the glows of their LEDs; as points or as squares.
-/** @type {(isPoint: boolean, isGlow: boolean) => string} */
-export const robotVertex = (isPoint, isGlow) => `${HEAD}
-layout(location = 0) in vec2 corner;
-layout(location = 1) in float x; // tenths of mm
-layout(location = 2) in float y;
-layout(location = 3) in float heading;
-layout(location = 4) in float led;
-layout(location = 5) in float state;
-layout(location = 6) in float isThere;
-layout(location = 7) in float radius; // mm
-layout(location = 8) in float share; // of the shown quantity; below 0 without one
-layout(location = 9) in float z; // tenths of mm
-${PROJECT}
-uniform vec2 canvas;
-uniform vec2 scale; // pixels for one mm, and of the least body
-uniform vec3 dragged; // number of a robot, and its place in mm
-uniform vec3 states[4];
-uniform vec3 palette[${STEPS}];
-uniform bool hasLeds;
-uniform bool isShadow; // on the ground
-out vec2 at;
-flat out float span;
-flat out float pixel;
-flat out vec2 ahead;
-flat out vec4 color;
-flat out vec4 lamp;
-void main() {
-    int lit = hasLeds ? int(led) : 0;
-    lamp = vec4(vec3(lit & 1, (lit >> 1) & 1, (lit >> 2) & 1) * 0.85 + 0.1, lit > 0 ? 1.0 : 0.0);
-    float along = clamp(share, 0.0, 1.0) * ${(STEPS - 1).toFixed(1)};
-    int low = min(int(along), ${STEPS - 2});
-    vec3 ofShare = mix(palette[low], palette[low + 1], along - float(low));
-    color = vec4(share < 0.0 ? states[clamp(int(state), 0, 3)] : ofShare, 1.0);
-    float size = ${isGlow ? `radius * ${GLOW.toFixed(2)} * scale.x` : "max(radius * scale.x, scale.y)"};
-    // An edge fades over a pixel, half of it outside.
-    pixel = 1.0 / size;
-    span = ${isGlow ? "1.0" : "1.0 + 0.5 * pixel"};
-    float angle = heading * ${(2 * Math.PI / 65536).toFixed(12)};
-    vec2 way = axes * vec3(cos(angle), sin(angle), 0.0);
-    ahead = way / max(length(way), 1e-6);
-    vec2 place = ${isPoint ? "gl_VertexID" : "gl_InstanceID"} == int(dragged.x) ? dragged.yz : vec2(x, y) / 10.0;
-    vec2 middle = project(vec3(place, isShadow ? 0.0 : z / 10.0));
-    ${isPoint ? "gl_PointSize = 2.0 * size * span;" : "at = corner * span; middle += at * size / canvas;"}
-    bool isDrawn = isThere > 0.0 && ${isGlow ? "lit > 0" : "(z > 0.0 || !isShadow)"};
-    gl_Position = isDrawn ? vec4(middle, 0.0, 1.0) : vec4(2.0, 2.0, 2.0, 1.0);
-}`;
-
-/** @type {(isPoint: boolean, isGlow: boolean) => string} */
-export const robotFragment = (isPoint, isGlow) => `${HEAD}
-in vec2 at;
-flat in float span;
-flat in float pixel;
-flat in vec2 ahead;
-flat in vec4 color;
-flat in vec4 lamp;
-uniform vec3 edge; // color of outlines
-uniform vec4 shadow; // color, if it is one
-uniform float depth; // length of one mm to the back, in a picture of one mm
-out vec4 result;
-float cover(float distance) {
-    return clamp(0.5 - distance / pixel, 0.0, 1.0);
-}
-void main() {
-    vec2 here = ${isPoint ? "(gl_PointCoord * 2.0 - 1.0) * vec2(span, -span)" : "at"};
-    ${isGlow ? `
-    // This is nearly a bell curve, and costs less: glows are most of the pixels that a swarm fills.
-    float low = max(1.0 - dot(here, here), 0.0);
-    result = vec4(lamp.rgb, 0.5 * low * low * low);` : `
-    if (shadow.a > 0.0) {
-        result = vec4(shadow.rgb, shadow.a * cover(length(here / vec2(1.0, depth)) - 1.0));
-        return;
-    }
-    float r = length(here);
-    vec3 inside = mix(color.rgb, lamp.rgb, lamp.a * cover(r - 0.62));
-    // A notch shows the way ahead.
-    float nose = max(abs(ahead.x * here.y - ahead.y * here.x) - 0.14, 0.4 - dot(ahead, here));
-    inside = mix(inside, edge, max(cover(nose), cover(0.88 - r)));
-    result = vec4(inside, cover(r - 1.0));`}
 }`;
 
 // A program and where its attributes are. They are those of each vertex, or with a divisor those of each instance.

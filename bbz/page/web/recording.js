@@ -4,6 +4,9 @@ const MAGIC = [0x62, 0x62, 0x7a, 0x72, 0x65, 0x63, 4];
 // The count of numbers of a disc, a box, and a wall, before the height or the brightness.
 const OUTLINES = [3, 5, 4];
 
+// The state of a robot that failed.
+export const FAILED = 2;
+
 export class Robots {
     constructor() {
         /** @type {Uint8Array} */

@@ -1,12 +1,14 @@
 // The panel of the chosen robot.
 
+import { meaningOf } from "./about.js";
 import { element, part, row } from "./element.js";
 import { faultParts } from "./fault.js";
+import { led } from "./glyph.js";
 import { Memory } from "./memory.js";
 import { texts } from "./texts.js";
 
 /**
- * @import { InspectionEvent } from "./events"
+ * @import { AttitudeDescription, InspectionEvent } from "./events"
  * @import { OpenPlace } from "./fault.js"
  * @import { Place, World } from "./page"
  * @import { Robots } from "./recording.js"
@@ -38,6 +40,9 @@ export class RobotPanel {
         this.robot = null;
         /** @type {InspectionEvent | null} */
         this.inspection = null;
+        // The attitudes of the robots that tilt.
+        /** @type {AttitudeDescription[]} */
+        this.attitudes = [];
         /** @type {HTMLElement | null} */
         this.isCompared = null;
         this.facts = element("dl", { class: "facts" });
@@ -55,6 +60,7 @@ export class RobotPanel {
      */
     begin(world, chosen) {
         this.world = world;
+        this.attitudes = [];
         this.choose(chosen);
     }
 
@@ -137,6 +143,15 @@ export class RobotPanel {
             ...(world.recording ? [] : [row(texts.group, `${group.name} (${group.robot})`), row(texts.script, group.script ?? "")]),
             ...(world.watched ? [] : [row(texts.place, texts.placeOf(x, y, z, degrees))]),
         ];
+        const color = robots.led[robot];
+        rows.push(row(texts.led, ...(color > 0 ? [led(color)] : []), texts.ledOf(color, meaningOf(world, group, color))));
+        if (group.link) {
+            rows.push(row(texts.range, texts.rangeOf(group.link)));
+        }
+        const attitude = this.attitudes.find((one) => one.robot === robot);
+        if (attitude) {
+            rows.push(row(texts.attitude, texts.attitudeOf(attitude)));
+        }
         const estimate = this.inspection?.estimate ?? null;
         if (estimate !== null && !world.watched) {
             const away = Math.hypot(...estimate.map((mm, axis) => mm - [x, y, z][axis]));

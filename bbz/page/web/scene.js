@@ -8,9 +8,9 @@
 // of the time of a square. So robots are points, and lines and shapes are squares of four corners, without instances. Each program
 // fades the edges of what it draws, so the canvas needs only one sample for a pixel.
 
+import { GLOW, GLYPHS, robotFragment, robotVertex } from "./bodies.js";
 import {
-    FADE_FRAGMENT, GLOW, LAYER_FRAGMENT, LAYER_VERTEX, LINE_FRAGMENT, LINE_VERTEX, Program, SHAPE_FRAGMENT, SHAPE_VERTEX,
-    robotFragment, robotVertex,
+    FADE_FRAGMENT, LAYER_FRAGMENT, LAYER_VERTEX, LINE_FRAGMENT, LINE_VERTEX, Program, SHAPE_FRAGMENT, SHAPE_VERTEX,
 } from "./programs.js";
 
 export const SHAPES = { disc: 0, box: 1, light: 2, ring: 3 };
@@ -21,6 +21,7 @@ const WIDTH = 11;
 const GLOW_PIXELS_MIN = 1.5;
 
 /**
+ * @import { AttitudeDescription, GlyphName } from "./events"
  * @import { Camera } from "./camera.js"
  * @import { Color, Dragged, Layer, Lines, Place } from "./page"
  * @import { Robots } from "./recording.js"
@@ -38,8 +39,8 @@ export class Scene {
         this.width = 0;
         this.height = 0;
         // The camera of the picture, the pixels for one mm, and the place in the middle.
-        /** @type {Pick<Camera, "x" | "y" | "scale" | "axes" | "isTilted" | "depth" | "farness">} */
-        this.camera = { x: 0, y: 0, scale: 1, axes: [1, 0, 0, 1, 0, 0], isTilted: false, depth: 1, farness: () => 0 };
+        /** @type {Pick<Camera, "x" | "y" | "scale" | "axes" | "isTilted" | "depth" | "height" | "farness">} */
+        this.camera = { x: 0, y: 0, scale: 1, axes: [1, 0, 0, 1, 0, 0], isTilted: false, depth: 1, height: 0, farness: () => 0 };
         this.scale = 1;
         this.middle = [0, 0];
         // The greatest radius in mm, and the number of robots that have one.
@@ -73,6 +74,9 @@ export class Scene {
         // The part of a sample that the graphics card has.
         this.sample = { buffer: gl.createBuffer(), version: -1, count: 0, hasLeds: false };
         this.radii = gl.createBuffer();
+        this.glyphs = gl.createBuffer();
+        // Three numbers for each robot, while there are robots that tilt.
+        this.leans = { buffer: gl.createBuffer(), count: 0 };
         /** @type {{ buffer: WebGLBuffer, count: number } | null} */
         this.shares = null;
         // Robots from the farthest to the nearest, in 3-D.
@@ -378,12 +382,30 @@ export class Scene {
         gl.drawElements(gl.TRIANGLES, 6 * count, gl.UNSIGNED_INT, 0);
     }
 
-    // The radii of all robots in mm.
-    /** @param {number[]} radii */
-    setRadii(radii) {
+    // The radii of all robots in mm, and the names of their glyphs.
+    /**
+     * @param {number[]} radii
+     * @param {GlyphName[]} glyphs
+     */
+    setBodies(radii, glyphs) {
         this.fill(this.radii, Float32Array.from(radii));
+        this.fill(this.glyphs, Float32Array.from(glyphs, (glyph) => GLYPHS[glyph]));
+        this.leans.count = 0;
         this.largest = radii.reduce((most, radius) => Math.max(most, radius), 0);
         this.sized = radii.length;
+    }
+
+    // The attitudes of robots; all others are level.
+    /** @param {AttitudeDescription[]} attitudes */
+    setAttitudes(attitudes) {
+        this.leans.count = attitudes.length === 0 ? 0 : this.sized;
+        if (this.leans.count > 0) {
+            const leans = new Float32Array(3 * this.sized).map((_, index) => (index % 3 === 2 ? -1 : 0));
+            for (const { robot, roll, pitch, thrust } of attitudes) {
+                leans.set([(roll * Math.PI) / 180, (pitch * Math.PI) / 180, thrust / 100], 3 * robot);
+            }
+            this.fill(this.leans.buffer, leans);
+        }
     }
 
     // From 0 to 1 for each robot, or something else for robots without one; `null`: by state.
@@ -404,11 +426,12 @@ export class Scene {
      * @param {Color[]} style.states
      * @param {number[][]} style.palette from 0 to 255
      * @param {Color} style.edge
+     * @param {Color} style.limb of wheels, legs and arms
      * @param {number} style.pixelsMin
      * @param {Dragged | null} style.dragged
      * @param {Color} style.shadow
      */
-    drawRobots(robots, { states, palette, edge, pixelsMin, dragged, shadow }) {
+    drawRobots(robots, { states, palette, edge, limb, pixelsMin, dragged, shadow }) {
         const { gl } = this;
         this.flush();
         this.take(robots);
@@ -416,13 +439,14 @@ export class Scene {
         const count = Math.min(robots.count, this.sized);
         const hasShares = this.shares !== null && this.shares.count >= count;
         const hasLeds = this.sample.hasLeds && this.shares === null;
-        const radius = this.largest * this.scale;
+        // A body that stands up in 3-D is higher than its radius.
+        const radius = this.largest * this.scale * (1 + this.camera.height);
         /** @type {[Program[], number, Color][]} */
         const layers = [[this.bodies, radius, [0, 0, 0, 0]]];
         if (radius * GLOW >= GLOW_PIXELS_MIN && hasLeds) {
             layers.unshift([this.glows, radius * GLOW, [0, 0, 0, 0]]);
         }
-        const { isTilted, depth } = this.camera;
+        const { isTilted, depth, height } = this.camera;
         if (isTilted) {
             layers.unshift([this.bodies, radius, shadow]);
             this.sort(robots, count);
@@ -439,10 +463,11 @@ export class Scene {
             gl.uniform3fv(program.at("states"), states.flatMap((color) => color.slice(0, 3)));
             gl.uniform3fv(program.at("palette"), palette.flat().map((part) => part / 255));
             gl.uniform3fv(program.at("edge"), edge.slice(0, 3));
+            gl.uniform3fv(program.at("limb"), limb.slice(0, 3));
             gl.uniform1i(program.at("hasLeds"), Number(hasLeds));
             gl.uniform1i(program.at("isShadow"), Number(tint[3] > 0));
             gl.uniform4fv(program.at("shadow"), tint);
-            gl.uniform1f(program.at("depth"), depth);
+            gl.uniform2f(program.at("depth"), depth, height);
             if (isPoint && isTilted) {
                 gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.order);
                 gl.drawElements(gl.POINTS, count, gl.UNSIGNED_INT, 0);
@@ -499,6 +524,13 @@ export class Scene {
         program.read(buffer, [[3, 1, heading.byteOffset]], gl.UNSIGNED_SHORT);
         program.read(buffer, [[4, 1, led.byteOffset], [5, 1, state.byteOffset], [6, 1, isThere.byteOffset]], gl.UNSIGNED_BYTE);
         program.read(this.radii, [[7, 1, 0]], gl.FLOAT);
+        program.read(this.glyphs, [[10, 1, 0]], gl.FLOAT);
+        if (this.leans.count > 0) {
+            program.read(this.leans.buffer, [[11, 3, 0]], gl.FLOAT);
+        } else {
+            gl.disableVertexAttribArray(11);
+            gl.vertexAttrib3f(11, 0, 0, -1);
+        }
         if (hasShares && this.shares) {
             program.read(this.shares.buffer, [[8, 1, 0]], gl.FLOAT);
         } else {

@@ -1,11 +1,17 @@
 // All texts of the page.
 
 /**
- * @import { FaultPlace, MessageDescription, NeighborDescription, ResultEvent } from "./events"
+ * @import { AttitudeDescription, FaultPlace, LinkDescription, MessageDescription, NeighborDescription, ResultEvent } from "./events"
  */
 
 // Four digits, without the zeros that end a fraction.
 const numberText = (/** @type {number} */ value) => (Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(4))));
+
+// By the sum of 1 for red, 2 for green and 4 for blue.
+const COLORS = ["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"];
+
+/** @type {Record<string, string>} */
+const MEDIA = { ir: "Infrared", nrf24: "nRF24", p2p: "P2P", rab: "Range and bearing" };
 
 export const texts = {
     controls: "run", play: "Play", pause: "Pause", playHelp: "Play or pause (space)",
@@ -30,13 +36,13 @@ export const texts = {
     allKeys: [
         ["Space", "play or pause"], [",  .", "a tick back, a tick forward"], ["Home", "to the beginning"],
         ["Tab", "from one part of the page to the next"],
-        ["n  p", "in the world: the next robot, the one before"], ["Esc", "in the world: no robot"],
+        ["n  p", "in the world: the next robot, the one before"], ["f", "in the world: follow the chosen robot, or no more"], ["Esc", "in the world: no robot"],
         ["Shift + click", "on a robot: compares its curve with others"], ["c", "in the world: compares the chosen robot, or no more"],
         ["Shift + arrows", "in the world: moves the chosen robot by 10 mm"],
         ["Ctrl + arrows", "in the world in 3-D: turn and tilt it"],
         ["Ctrl + Enter", "in the script: run from the beginning with the text"], ["Ctrl + S", "in the script: save it"],
         ["Shift + Ctrl + Enter", "in the script: load the text now, while the run goes on"],
-        ["Arrows  +  −  0", "in the world: move the view, zoom, show all"],
+        ["Arrows  +  −  0  r", "in the world: move the view, zoom, show all, show the robots"],
     ],
 
     canvas: "The world, seen from above. Keys: question mark",
@@ -73,6 +79,24 @@ export const texts = {
     stopCurves: "Stop", stopCurvesHelp: "Computes no more of the past", goOnCurves: "Go on", goOnCurvesHelp: "Computes the rest of the past",
     curveOf: (/** @type {number | null} */ id, /** @type {number} */ value) => `robot ${id}: ${numberText(value)}`,
     number: numberText,
+    labels: "Labels", labelsHelp: "The ids of robots, and letters for the colors of their LEDs, where there is room",
+    follow: "Follow", followHelp: "Keeps the chosen robot in the middle (f)",
+    fitRobots: "Fit robots", fitRobotsHelp: "Shows all robots as large as there is room (r)",
+    tabAbout: "About",
+    colorsOf: (/** @type {string} */ script) => `Colors of ${script}`, scriptOf: (/** @type {string} */ script) => `Script ${script}`,
+    colors: COLORS, colorLetters: ["", "R", "G", "Y", "B", "M", "C", "W"],
+    lights: "Lamps", lightAt: (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ brightness) => `Lamp at (${x}, ${y}) mm, brightness ${brightness}`,
+    tries: "Things to try",
+    countOf: (/** @type {number} */ count, /** @type {string} */ robot) => (robot ? `${count} × ${robot}` : `${count} ${count === 1 ? "robot" : "robots"}`),
+    idsOf: (/** @type {number} */ first, /** @type {number} */ last) => (first === last ? `id ${first}` : `ids ${first} to ${last}`),
+    runs: (/** @type {string} */ script) => `script ${script}`,
+    rangeOf: (/** @type {LinkDescription} */ { medium, range, is_between_rims: isBetweenRims }) => {
+        const name = MEDIA[medium] ?? medium;
+        return range === null ? `${name} without a limit of range` : `${name} within ${numberText(range)} mm${isBetweenRims ? " from rim to rim" : ""}`;
+    },
+    led: "LED", range: "Range", attitude: "Attitude",
+    ledOf: (/** @type {number} */ color, /** @type {string} */ meaning) => (meaning ? `${COLORS[color]}: ${meaning}` : COLORS[color]),
+    attitudeOf: (/** @type {AttitudeDescription} */ { roll, pitch, thrust }) => `roll ${Math.round(roll)}°, pitch ${Math.round(pitch)}°, thrust ${Math.round(thrust)} %`,
     tabRobot: "Robot", tabScript: "Script", tabLog: "Log", tabTests: "Tests", tabGround: "World",
 
     noRobot: "No robot is chosen. Click one.",
@@ -186,7 +210,7 @@ export const texts = {
     sweepHead: ["Value", "Trials", "Succeeded", "Median", "Half of them"], quartiles: (/** @type {number} */ low, /** @type {number} */ high) => `${numberText(low)} to ${numberText(high)}`,
 
     size: "Size", sizeOf: (/** @type {number} */ width, /** @type {number} */ height) => `${width} × ${height} mm`, robots: "Robots", seed: "Seed",
-    losses: "Messages that get lost", media: { ir: "Infrared", nrf24: "nRF24", p2p: "P2P", rab: "Range and bearing" },
+    losses: "Messages that get lost", media: MEDIA,
     lossOf: (/** @type {string} */ name) => `share of the messages by ${name} that get lost`,
     percent: (/** @type {number} */ share) => `${Math.round(100 * share)} %`, ofModel: "by model",
     partition: "Partition", partLabel: "robots that hear only each other: ids, ranges or groups", partExample: "3, 5..8",

@@ -3,9 +3,11 @@
 import { Camera } from "./camera.js";
 import { inside, part, write } from "./element.js";
 import { Fences } from "./fence.js";
+import { dashes, fitRobots, follow, groupOf, reachOf } from "./focus.js";
+import { Labels } from "./labels.js";
 import { Obstacles } from "./obstacles.js";
 import { drawPaint, groundColor } from "./paint.js";
-import { Robots } from "./recording.js";
+import { FAILED, Robots } from "./recording.js";
 import { Scene, SHAPES } from "./scene.js";
 import { texts } from "./texts.js";
 import { Trails } from "./trails.js";
@@ -20,11 +22,13 @@ const PALETTE = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [
 export const COMPARED = ["--one", "--two", "--three", "--four", "--five", "--six"];
 /** @type {Messages} */
 const NO_MESSAGES = { heard: [], collided: [], lost: [] };
-// A robot of a large world is seen as a dot of two pixels.
+// A robot of a large world is seen as a dot of two pixels. There is room for larger ones where robots are few.
 const BODY_PIXELS_MIN = 1;
+const BODY_PIXELS_MIN_OF_FEW = 4;
+const FEW = 100;
 
 /**
- * @import { LightDescription, PoseErrorDescription, MessagesEvent } from "./events"
+ * @import { AttitudeDescription, GlyphName, LightDescription, PoseErrorDescription, MessagesEvent } from "./events"
  * @import { Color, Dragged, Place, SpacePlace, World } from "./page"
  */
 
@@ -41,7 +45,7 @@ export class View {
         this.camera = new Camera();
         this.obstacles = new Obstacles(this.scene);
         this.fences = new Fences(this.scene);
-        // A robot has been above the ground.
+        // Robots can be above the ground.
         this.hasFliers = false;
         /** @type {number | null} */
         this.chosen = null;
@@ -55,6 +59,11 @@ export class View {
         this.robots = new Robots();
         /** @type {number[]} */
         this.radii = [];
+        /** @type {GlyphName[]} */
+        this.glyphs = [];
+        // The attitudes of robots that tilt.
+        /** @type {AttitudeDescription[]} */
+        this.attitudes = [];
         /** @type {LightDescription[]} */
         this.lights = [];
         // Poses from outside that are wrong.
@@ -78,8 +87,11 @@ export class View {
         // Receivers at which messages collided.
         /** @type {Set<number>} */
         this.deaf = new Set();
-        const [lost, heard, links, stems] = Array.from({ length: 4 }, () => this.scene.makeLines());
-        this.lines = { lost, heard, links, stems };
+        const [lost, heard, links, stems, range] = Array.from({ length: 5 }, () => this.scene.makeLines());
+        this.lines = { lost, heard, links, stems, range };
+        this.labels = new Labels(part("labels"));
+        // The chosen robot stays in the middle of the picture.
+        this.isFollowing = false;
         // Messages whose lines are drawn, and the robots at their ends have not moved since; else `null`.
         /** @type {Messages | null} */
         this.drawn = null;
@@ -123,14 +135,17 @@ export class View {
         this.poseErrors = world.pose_errors;
         this.robots = robots;
         this.radii = world.groups.flatMap((group) => Array(group.count).fill(group.radius));
-        this.scene.setRadii(this.radii);
+        this.glyphs = world.groups.flatMap((group) => Array(group.count).fill(group.glyph));
+        this.scene.setBodies(this.radii, this.glyphs);
         this.obstacles.set(world.obstacles, world.movables, world.size);
         this.fences.set(world.groups.flatMap(({ fence }) => fence ?? []), world.size);
         // A world that was edited may have fewer robots.
         const known = (/** @type {number | null} */ robot) => (robot !== null && robot < this.radii.length ? robot : null);
         this.chosen = known(this.chosen);
         this.compared = this.compared.map(known);
-        this.hasFliers = false;
+        this.setAttitudes([]);
+        // Those with rotors, or in a recording those that have been above the ground.
+        this.hasFliers = this.glyphs.includes("rotors");
         if (!isSame || this.isFitted) {
             this.fit();
         }
@@ -145,6 +160,19 @@ export class View {
         this.camera.fit(this.world.size, top, [this.scene.width, this.scene.height]);
         this.isFitted = true;
         this.changed();
+    }
+
+    // Shows all robots, as large as there is room.
+    fitRobots() {
+        fitRobots(this);
+    }
+
+    /** @param {boolean} isOn */
+    follow(isOn) {
+        this.isFollowing = isOn;
+        if (isOn) {
+            follow(this);
+        }
     }
 
     resized() {
@@ -165,6 +193,11 @@ export class View {
         this.neighbors = [];
         this.estimate = null;
         this.trail = [];
+        // Other messages are shown.
+        this.drawn = null;
+        if (this.isFollowing) {
+            follow(this);
+        }
         this.changed();
     }
 
@@ -197,6 +230,9 @@ export class View {
             this.trails.add(this.robots);
         }
         this.hasFliers ||= this.robots.z.some((z) => z > 0);
+        if (this.isFollowing) {
+            follow(this);
+        }
         this.drawn = null;
         this.changed();
     }
@@ -218,6 +254,13 @@ export class View {
             this.camera.turnBy(turn, rise);
             this.changed();
         }
+    }
+
+    /** @param {AttitudeDescription[]} attitudes */
+    setAttitudes(attitudes) {
+        this.attitudes = attitudes;
+        this.scene.setAttitudes(attitudes);
+        this.changed();
     }
 
     /** @param {Messages} messages */
@@ -247,6 +290,7 @@ export class View {
             scene.addLine(...this.cut, 0, colors.chosen, 1.5);
         }
         scene.flush();
+        this.labels.draw(this);
         this.showScale();
     }
 
@@ -293,7 +337,10 @@ export class View {
     }
 
     placeMessages() {
-        const isThere = (/** @type {[number, number]} */ [from, to]) => Math.max(from, to) < this.robots.count;
+        const { chosen } = this;
+        // Of a chosen robot only its own messages are shown.
+        const isThere = (/** @type {[number, number]} */ [from, to]) => Math.max(from, to) < this.robots.count
+            && (chosen === null || from === chosen || to === chosen);
         for (const kind of /** @type {("lost" | "heard")[]} */ (["lost", "heard"])) {
             const pairs = this.messages[kind].filter(isThere);
             this.setLines(kind, pairs.map(([from, to]) => [this.spaceOf(from), this.spaceOf(to)]));
@@ -325,6 +372,10 @@ export class View {
             const from = this.spaceOf(this.chosen);
             this.setLines("links", this.neighbors.map((robot) => [from, this.spaceOf(robot)]));
             scene.drawLines(lines.links, fade(colors.link, 0.75), 1);
+            const group = this.world && groupOf(this.world, this.chosen);
+            const reach = group ? reachOf(group) : null;
+            this.setLines("range", reach === null ? [] : dashes(from, reach));
+            scene.drawLines(lines.range, fade(colors.link, 0.8), 0.8);
         }
         if (this.camera.isTilted) {
             const fliers = [...this.robots.z.keys()].filter((robot) => this.robots.isThere[robot] && this.robots.z[robot] > 0);
@@ -349,7 +400,7 @@ export class View {
 
     drawRobots() {
         const { scene, colors, robots, dragged } = this;
-        scene.drawRobots(robots, { states: colors.states, palette: PALETTE, edge: colors.edge, pixelsMin: BODY_PIXELS_MIN, dragged, shadow: fade(colors.edge, 0.3) });
+        scene.drawRobots(robots, { states: colors.states, palette: PALETTE, edge: colors.edge, limb: colors.limb, pixelsMin: robots.count > FEW ? BODY_PIXELS_MIN : BODY_PIXELS_MIN_OF_FEW, dragged, shadow: fade(colors.edge, 0.3) });
         this.compared.forEach((robot, place) => {
             if (robot !== null && robots.isThere[robot]) {
                 const size = Math.max(this.radii[robot], 4 / this.camera.scale) * 1.35;
@@ -391,7 +442,7 @@ export class View {
     /** @param {number} robot */
     colorOf(robot) {
         const share = this.shares?.[robot];
-        return typeof share === "number" ? mix(share) : this.colors.states[this.robots.state[robot]];
+        return typeof share === "number" && this.robots.state[robot] !== FAILED ? mix(share) : this.colors.states[this.robots.state[robot]];
     }
 
     /**
@@ -578,7 +629,8 @@ function readColors() {
         return [0, 2, 4].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255).concat(1);
     };
     return {
-        outside: color("--outside"), ground: color("--ground"), black: color("--black"), white: color("--white"), grid: color("--grid"), edge: color("--edge"),
+        text: style.getPropertyValue("--text").trim(), halo: style.getPropertyValue("--ground").trim(),
+        outside: color("--outside"), ground: color("--ground"), black: color("--black"), white: color("--white"), grid: color("--grid"), edge: color("--edge"), limb: color("--limb"),
         obstacle: color("--obstacle"), fence: color("--fence"), movable: color("--movable"), light: color("--light"), chosen: color("--mark"), link: color("--accent"),
         compared: COMPARED.map(color),
         states: ["--running", "--stopped", "--failed", "--faulted"].map(color),
