@@ -292,7 +292,8 @@ fn is_load(run: &Simulation, command: &str) -> bool {
 }
 
 /// Sets up the scenario with texts of scripts. `setting` is a key of the scenario, or a global, with
-/// its value. An error is a text for users.
+/// its value. An error is a text for users, without a place in a text that they do not see: that of
+/// the setting.
 pub fn trial(
     drafts: &Drafts,
     scenario: &str,
@@ -312,8 +313,21 @@ pub fn trial(
             None => values.push(format!("{key}={value}")),
         },
     }
-    let made = set_up(drafts.workshop(), &text, &values, own);
-    made.map_err(|errors| text_of(&errors).trim_end().to_owned())
+    let lines = scenario.lines().count();
+    let set_up = set_up(drafts.workshop(), &text, &values, own);
+    set_up.map_err(|mut errors| {
+        let of_scenario = drafts.workshop().scenario().display().to_string();
+        for error in &mut errors {
+            let is_of_scenario = error.file.as_ref() == Some(&of_scenario);
+            let is_added = is_of_scenario && error.line.is_some_and(|line| line > lines);
+            // The values have a source of their own, which is no file.
+            let is_value = error.file.as_ref().is_some_and(|file| file.starts_with("--set "));
+            if is_added || is_value {
+                error.file = None;
+            }
+        }
+        text_of(&errors).trim_end().to_owned()
+    })
 }
 
 /// Returns the texts of all scripts with which the session began, for a hand-in. Fails with advice

@@ -126,6 +126,9 @@ fn invalid_trials_are_refused() {
     ] {
         let events = finish(&mut live, request.clone());
         assert!(refusal(&events).contains(reason), "{request}: {}", refusal(&events));
+        // The value is in a field of the page, and in no line of a file.
+        assert!(!refusal(&events).contains(":1:"), "{request}: {}", refusal(&events));
+        assert!(!refusal(&events).contains(".toml:"), "{request}: {}", refusal(&events));
         assert!(of_kind(&events, "trial").is_empty());
     }
 }

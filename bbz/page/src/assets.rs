@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 38] = [
+const ASSETS: [Asset; 39] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("about.js", SCRIPT),
@@ -50,6 +50,7 @@ const ASSETS: [Asset; 38] = [
     asset!("log.js", SCRIPT),
     asset!("main.js", SCRIPT),
     asset!("memory.js", SCRIPT),
+    asset!("notice.js", SCRIPT),
     asset!("obstacles.js", SCRIPT),
     asset!("paint.js", SCRIPT),
     asset!("pointer.js", SCRIPT),

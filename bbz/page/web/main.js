@@ -9,6 +9,7 @@ import { editedPlace, faultParts } from "./fault.js";
 import { Grading } from "./grading.js";
 import { Ground } from "./ground.js";
 import { Log, showTests } from "./log.js";
+import { Notice } from "./notice.js";
 import { DisplayOptions } from "./display.js";
 import { Pointer } from "./pointer.js";
 import { FAILED, Robots } from "./recording.js";
@@ -21,11 +22,14 @@ import { View } from "./view.js";
 
 /**
  * @import { CommandDescription, FaultEvent, FaultPlace, LogEvent, StateEvent } from "./events"
+ * @import { NoticeKind } from "./notice.js"
  * @import { Ask, Handlers, World } from "./page"
  */
 
 // Milliseconds that a pause may take without a word.
 const PAUSING = 80;
+// Requests that the page sends without an action of the user, or that change neither run nor texts: an answer to an action stays.
+const QUIET = ["inspect", "watch", "unsaved", "script", "explain"];
 
 const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000];
 
@@ -44,9 +48,17 @@ let defect = "";
 // The session does not answer; what it says.
 let late = "";
 let said = "";
+/** @type {NoticeKind} */
+let saidKind = "progress";
 
 /** @type {Ask} */
-const ask = (request) => session.ask(request);
+const ask = (request) => {
+    // What was refused is about to be mended.
+    if (saidKind === "answer" && !QUIET.includes(typeof request === "string" ? request : Object.keys(request)[0])) {
+        showStatus("");
+    }
+    session.ask(request);
+};
 // Recordings, and robots elsewhere, have no more than what is seen anyway.
 /** @type {Ask} */
 const watch = (request) => {
@@ -54,12 +66,10 @@ const watch = (request) => {
         ask(request);
     }
 };
-const command = (/** @type {string} */ text) => {
-    showStatus("");
-    ask({ command: { text } });
-};
+const command = (/** @type {string} */ text) => ask({ command: { text } });
 
 fillTexts();
+const notice = new Notice();
 const robots = new Robots();
 const view = new View(part("canvas"));
 const tabs = new Tabs(["about", "robot", "script", "log", "tests", "ground"], (name) => name === "script" && editor.measure());
@@ -111,13 +121,13 @@ const session = connect({
     onEnd(text) {
         late = "";
         wait(null);
-        showStatus(text);
+        showStatus(text, "error");
         document.body.classList.add("ended");
     },
     onWait: wait,
     onLate(seconds) {
         late = seconds === null ? "" : texts.late(seconds);
-        showStatus(said);
+        showStatus(said, saidKind);
     },
 });
 
@@ -184,7 +194,7 @@ const handlers = {
         }
         showIcon("play", event.plays ? "pause" : "play", event.plays ? texts.pause : texts.play);
         const cut = world?.recording?.cut;
-        showStatus(cut ? texts.cut(cut) : event.over ? (world?.watched ? texts.noMore : texts.over) : "");
+        showStatus(cut ? texts.cut(cut) : event.over ? (world?.watched ? texts.noMore : texts.over) : "", cut ? "error" : "progress");
         controls.follow(world?.commands ?? [], event.tick);
         const next = wanted;
         wanted = false;
@@ -224,7 +234,7 @@ const handlers = {
         if (place) {
             (isBusy ? markPlace : openPlace)(fault, place);
         }
-        showStatus(texts.stoppedBy(robots.ids[fault.robot], fault.consequence === "contained", others));
+        showStatus(texts.stoppedBy(robots.ids[fault.robot], fault.consequence === "contained", others), "error");
     },
     expectation({ number, verdict, tick }) {
         Object.assign(world?.expectations[number] ?? {}, { verdict, tick });
@@ -274,7 +284,7 @@ const handlers = {
         const reason = help ? `${text} (${help})` : text;
         trials.refused(reason);
         grading.refused(reason);
-        showStatus(reason);
+        showStatus(reason, "answer");
     },
     script(event) {
         editor.show(event);
@@ -325,7 +335,7 @@ const handlers = {
     scenario({ text, missing }) {
         save(new Blob([text], { type: "application/toml" }), texts.savedAs);
         if (missing.length > 0) {
-            showStatus(texts.missing(missing.join(", ")));
+            showStatus(texts.missing(missing.join(", ")), "answer");
         }
     },
     // The page asks for scenarios, which have the commands.
@@ -335,18 +345,17 @@ const handlers = {
         showDefect(`${text} (${help})`);
     },
     failed({ text }) {
-        showStatus(texts.failed(text));
+        showStatus(texts.failed(text), "error");
     },
 };
 
-/** @param {string} text */
-function showStatus(text) {
-    said = text;
-    const shown = defect || late || said;
-    // Screen readers would read the same text again.
-    if (part("status").textContent !== shown) {
-        write(part("status"), shown);
-    }
+/**
+ * @param {string} text
+ * @param {NoticeKind} kind
+ */
+function showStatus(text, kind = "progress") {
+    [said, saidKind] = [text, kind];
+    notice.show(defect || late || said, defect || late ? "error" : kind);
 }
 
 // Shows that another page has the session, and how to take it over; `null`: this page has it.
@@ -404,7 +413,7 @@ function select(robot) {
 // Shows the curve of a robot next to others, or hides it.
 /** @param {number} robot */
 function compare(robot) {
-    showStatus(view.compare(robot) ? "" : texts.comparedMax);
+    showStatus(view.compare(robot) ? "" : texts.comparedMax, "answer");
     panel.showCompared(view.compared);
     curves.changed();
 }

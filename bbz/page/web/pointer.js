@@ -109,13 +109,26 @@ export class Pointer {
             view.turnBy(right * TURN, below * TURN);
             [pressed.x, pressed.y] = [event.clientX, event.clientY];
         } else if (pressed.robot !== null || pressed.lamp !== null) {
-            view.dragged = { robot: pressed.robot, lamp: pressed.lamp, at: view.toWorld(event, pressed.robot === null ? 0 : view.robots.z[pressed.robot] / 10) };
+            const at = view.toWorld(event, pressed.robot === null ? 0 : view.robots.z[pressed.robot] / 10);
+            view.dragged = { robot: pressed.robot, lamp: pressed.lamp, at: this.onGround(at, pressed.robot) };
             view.changed();
         } else {
             this.actions.onLook();
             view.pan(right, below);
             [pressed.x, pressed.y] = [event.clientX, event.clientY];
         }
+    }
+
+    // The nearest place within the border of the world, at which no part of a robot is outside.
+    /**
+     * @param {Place} place
+     * @param {number | null} robot
+     * @returns {Place}
+     */
+    onGround([x, y], robot) {
+        const { world, radii } = this.view;
+        const [right, up] = (world?.size ?? [0, 0]).map((side) => Math.max(0, side / 2 - (robot === null ? 0 : radii[robot])));
+        return [Math.max(-right, Math.min(right, x)), Math.max(-up, Math.min(up, y))];
     }
 
     // Two fingers zoom and move at once, and turn the world in 3-D. The place between them stays there, however far the fingers
@@ -178,7 +191,7 @@ export class Pointer {
         const arrow = arrows[event.key];
         if (arrow && event.shiftKey && view.chosen !== null) {
             const [x, y] = view.placeOf(view.chosen);
-            actions.onMove(view.chosen, [x + 10 * arrow[0], y + 10 * arrow[1]]);
+            actions.onMove(view.chosen, this.onGround([x + 10 * arrow[0], y + 10 * arrow[1]], view.chosen));
         } else if (arrow && event.ctrlKey) {
             view.turnBy(KEY_TURN * arrow[0], KEY_TURN * arrow[1]);
         } else if (arrow) {

@@ -30,6 +30,7 @@ export const texts = {
     moduleAdvice: "your files are not the cause; what you wrote is still in the editor: download it, report this line with your steps, then load the page again",
     failed: (/** @type {string} */ text) => `The run cannot go on: ${text}`,
     unknownEvent: (/** @type {string} */ name) => `The page does not know the event "${name}" of the session: this is a defect of bbz.`,
+    closeNotice: "Close this message (Esc)",
     example: "Example",
 
     keys: "Keys", close: "Close",
