@@ -66,8 +66,10 @@ pub fn execute(arguments: &ViewArguments) -> Result<ExitStatus, Box<dyn Problem>
     let path = &arguments.recording;
     let bytes = file::read(path, file::RECORDING_BYTES_MAX)
         .map_err(|error| FileError::reading(path, error))?;
-    let mut replay =
+    let replay =
         Replay::new(&bytes).map_err(|error| ViewError::Recording { path: path.clone(), error })?;
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    let mut replay = replay.with_name(name.to_string_lossy().into_owned());
     show(&mut replay, arguments.no_browser)
 }
 

@@ -152,6 +152,8 @@ pub struct BeginEvent {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct RecordingDescription {
+    /// The name of its file, if it has one.
+    pub name: Option<String>,
     /// The error that ends the recording early; `None` if it is complete.
     pub cut: Option<String>,
 }

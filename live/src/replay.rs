@@ -41,6 +41,8 @@ pub struct Replay<'a> {
     end: u64,
     /// The error that ends the recording early; `None` if it is complete.
     cut: Option<RecordingError>,
+    /// The name of its file.
+    name: Option<String>,
     pace: Pace,
     samples: Samples,
     events: Vec<PageEvent>,
@@ -83,12 +85,20 @@ impl<'a> Replay<'a> {
             count,
             end,
             cut,
+            name: None,
             pace: Pace::Paused,
             samples: Samples::NEW,
             events: Vec::new(),
         };
         replay.begin();
         Ok(replay)
+    }
+
+    /// Gives the recording the name of its file, which clients show.
+    pub fn with_name(mut self, name: String) -> Self {
+        self.name = Some(name);
+        self.begin();
+        self
     }
 
     /// Returns the tick of the shown sample.
@@ -241,7 +251,7 @@ impl Source for Replay<'_> {
         let groups = header.bodies.chunk_by(|one, next| one.radius == next.radius);
         let cut = self.cut.map(|error| error.to_string());
         let begin = BeginEvent {
-            recording: Some(RecordingDescription { cut }),
+            recording: Some(RecordingDescription { name: self.name.clone(), cut }),
             size: header.size.map(f64::from),
             ticks_per_second: self.ticks_per_second(),
             end: self.end,

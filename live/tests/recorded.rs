@@ -80,7 +80,7 @@ fn the_first_event_is_the_world() {
     let begin = &events[0];
     assert_eq!((&begin["size"], &begin["end"]), (&json!([800.0, 600.0]), &json!(10)));
     assert_eq!(begin["ticks_per_second"], json!(10.0));
-    assert_eq!(begin["recording"], json!({ "cut": null }));
+    assert_eq!(begin["recording"], json!({ "name": null, "cut": null }));
     let groups = begin["groups"].as_array().unwrap();
     let groups = groups.iter().map(|group| [&group["count"], &group["first_id"], &group["radius"]]);
     assert_eq!(
@@ -101,6 +101,8 @@ fn the_first_event_is_the_world() {
     assert_eq!(begin["ground"], ground);
     let state = json!({ "event": "state", "tick": 0, "plays": false, "rate": null, "over": false });
     assert_eq!(events[1..], [state]);
+    let mut named = replay.with_name("swarm.bbr".to_owned());
+    assert_eq!(taken(&mut named)[0]["recording"]["name"], json!("swarm.bbr"));
 }
 
 #[test]

@@ -703,6 +703,10 @@ same_scripts: Array<string>, };
 
 export type RecordingDescription = { 
 /**
+ * The name of its file, if it has one.
+ */
+name: string | null, 
+/**
  * The error that ends the recording early; `null` if it is complete.
  */
 cut: string | null, };
