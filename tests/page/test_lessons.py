@@ -86,7 +86,10 @@ class Learner:
     def sees_trails(self, *_):
         before = self.page.locator("#canvas").screenshot()
         self.page.get_by_label("Trails", exact=True).check()
+        # A run that is over at once has no way to show.
+        self.page.locator("#rate").select_option("100")
         self.plays()
+        self.page.locator("#rate").select_option("as fast as it can")
         assert self.page.locator("#canvas").screenshot() != before
 
     def answers(self, *_):

@@ -419,12 +419,12 @@ def test_log_lines_faults_and_expectations_are_listed(page):
 
 def test_the_keyboard_is_enough(page):
     controls = ["start", "back", "play", "step", "rate", "save", "keys"]
-    display = ["canvas", "color", "add-curve", "messages", "trails", "show-labels", "stop-on-error", "follow", "fit-robots", "picture", "drawing"]
+    display = ["color", "add-curve", "messages", "trails", "show-labels", "stop-on-error", "follow", "fit-robots", "picture", "drawing", "canvas"]
     parts = [page.locator(f"#{part}") for part in [*controls, *display, "tab-about", "about"]]
     # Each curve has a scale, a table, and an end.
     curves = page.locator(".curve :is(select, button)")
     expect(curves).to_have_count(6)
-    for part in [*parts, *curves.all(), page.locator("#time")]:
+    for part in [*parts, *curves.all(), page.locator("#marks > .event"), page.locator("#time")]:
         page.keyboard.press("Tab")
         expect(part).to_be_focused()
         assert page.evaluate("getComputedStyle(document.activeElement).outlineStyle") == "solid", part
@@ -446,6 +446,8 @@ def test_the_keyboard_is_enough(page):
     page.keyboard.press("Home")
     at(page, 0)
     page.focus("#tab-robot")
+    page.keyboard.press("ArrowRight")
+    expect(page.locator("#tab-table")).to_be_focused()
     page.keyboard.press("ArrowRight")
     expect(page.locator("#tab-script")).to_be_focused()
     page.keyboard.press("ArrowRight")

@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 39] = [
+const ASSETS: [Asset; 40] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("about.js", SCRIPT),
@@ -60,6 +60,7 @@ const ASSETS: [Asset; 39] = [
     asset!("scale.js", SCRIPT),
     asset!("scene.js", SCRIPT),
     asset!("session.js", SCRIPT),
+    asset!("table.js", SCRIPT),
     asset!("texts.js", SCRIPT),
     asset!("timeline.js", SCRIPT),
     asset!("trails.js", SCRIPT),

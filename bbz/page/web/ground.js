@@ -56,7 +56,7 @@ export class Ground {
                 element("button", { type: "button", id: "ask-digest", title: texts.digestHelp, onclick: () => this.askDigest() }, texts.compute),
                 " ", this.digest));
         const losses = element("section", {}, element("h3", {}, texts.losses), ...world.media.map((medium) => this.loss(medium)));
-        part("ground").replaceChildren(element("dl", {}, ...facts), ...this.surroundings(world), ...this.fences(world), losses, this.partition(), this.lamps, this.poses, changes, digest);
+        part("ground").replaceChildren(element("h2", { class: "heard" }, texts.tabGround), element("dl", {}, ...facts), ...this.surroundings(world), ...this.fences(world), losses, this.partition(), this.lamps, this.poses, changes, digest);
         this.show({ ...world, can_undo: false, can_redo: false });
     }
 

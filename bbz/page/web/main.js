@@ -15,6 +15,7 @@ import { Pointer } from "./pointer.js";
 import { FAILED, Robots } from "./recording.js";
 import { RobotPanel } from "./robot.js";
 import { connect } from "./session.js";
+import { Table } from "./table.js";
 import { texts } from "./texts.js";
 import { TimeLine } from "./timeline.js";
 import { Trials } from "./trials.js";
@@ -37,6 +38,8 @@ const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000];
 let world = null;
 /** @type {StateEvent} */
 let state = { plays: false, tick: 0, rate: null, over: false };
+// The last state of the session was that of a run that plays.
+let hasPlayed = false;
 // A tick to go to as soon as the one before is reached; `false`: nowhere is being gone to.
 /** @type {number | boolean} */
 let wanted = false;
@@ -72,7 +75,11 @@ fillTexts();
 const notice = new Notice();
 const robots = new Robots();
 const view = new View(part("canvas"));
-const tabs = new Tabs(["about", "robot", "script", "log", "tests", "ground"], (name) => name === "script" && editor.measure());
+const table = new Table(robots, choose, () => {
+    tabs.show("robot");
+    part("tab-robot").focus();
+});
+const tabs = new Tabs(["about", "robot", "table", "script", "log", "tests", "ground"], (name) => (name === "script" ? editor.measure() : name === "table" && table.choose(view.chosen)));
 const panel = new RobotPanel(robots, command, compare, openPlace);
 const log = new Log(choose, (code) => ask({ explain: { code } }));
 const about = new About(command);
@@ -117,6 +124,8 @@ const session = connect({
         display.sampled();
         showTime();
         panel.show();
+        part("robots").classList.toggle("flying", view.hasFliers);
+        table.changed();
     },
     onEnd(text) {
         late = "";
@@ -141,16 +150,17 @@ const handlers = {
         });
         const begun = { ...event, groups };
         world = begun;
-        timeLine.begin(begun.end);
+        timeLine.begin(begun.end, begun.ticks_per_second);
         begun.events.forEach((seconds) => timeLine.mark("event", seconds * begun.ticks_per_second, texts.eventAt(seconds)));
         log.clear();
         trials.begin(begun);
         grading.begin(begun);
         // The playground has it in its list of examples.
-        write(part("scenario"), session.link ? "" : (begun.scripts?.scenario ?? ""));
+        write(part("scenario"), session.link ? "" : (begun.scripts?.scenario ?? begun.recording?.name ?? ""));
         view.begin(begun, robots);
         about.begin(begun);
         panel.begin(begun, view.chosen);
+        table.begin(begun);
         ground.begin(begun);
         curves.begin(begun);
         display.begin(begun);
@@ -187,6 +197,10 @@ const handlers = {
     },
     state(event) {
         clearTimeout(pausing);
+        if (hasPlayed && !event.plays) {
+            announce(texts.pausedAt(clockAt(event.tick)));
+        }
+        hasPlayed = event.plays;
         state = event;
         if (event.tick < robots.tick) {
             // The sample of that tick may be skipped.
@@ -391,11 +405,11 @@ function showDefect(text) {
     showStatus("");
 }
 
-// Chooses a robot and shows its panel, unless the script is in sight.
+// Chooses a robot and shows its panel, unless the script or the table of all robots is in sight.
 /** @param {number | null} robot */
 function choose(robot) {
     select(robot);
-    if (tabs.shown !== "script") {
+    if (tabs.shown !== "script" && tabs.shown !== "table") {
         tabs.show("robot");
     }
 }
@@ -407,7 +421,27 @@ function select(robot) {
     panel.choose(robot);
     panel.showCompared(view.compared);
     editor.choose(robot === null ? null : robots.ids[robot]);
+    table.choose(robot);
     watch({ inspect: { robot } });
+    announce(robot === null ? texts.noRobotNow : robotInWords(robot));
+}
+
+/** @param {number} robot */
+function robotInWords(robot) {
+    const place = texts.placeOf(robots.x[robot] / 10, robots.y[robot] / 10, robots.z[robot] / 10, (robots.heading[robot] * 360) / 65536);
+    return texts.announced(robots.ids[robot], texts.states[robots.state[robot]], world?.watched ? [] : [place, texts.ledIs(robots.led[robot])]);
+}
+
+// Says to a screen reader what the picture shows.
+/** @param {string} text */
+function announce(text) {
+    write(part("announced"), text);
+}
+
+/** @param {number} tick */
+function clockAt(tick) {
+    const perSecond = world?.ticks_per_second ?? 1;
+    return world?.watched ? texts.seconds(tick / perSecond) : texts.clock(tick / perSecond, (world?.end ?? 0) / perSecond);
 }
 
 // Shows the curve of a robot next to others, or hides it.
@@ -473,9 +507,9 @@ function showTime() {
         return;
     }
     const tick = Math.max(robots.tick, 0);
-    timeLine.show(tick, state.plays);
+    timeLine.show(tick, state.plays, clockAt(tick));
     curves.show(tick);
-    write(part("clock"), world.watched ? texts.seconds(tick / world.ticks_per_second) : texts.clock(tick / world.ticks_per_second, world.end / world.ticks_per_second));
+    write(part("clock"), clockAt(tick));
 }
 
 /** @param {CommandDescription[]} commands */

@@ -60,7 +60,7 @@ export class Notice {
         this.text.textContent = "";
     }
 
-    // A text that has no room in the header stands over the world.
+    // A text that has no room in the header stands over the world if it is an error, else next to the scale.
     place() {
         const { box, text, kind } = this;
         box.classList.remove("floats");
@@ -69,7 +69,7 @@ export class Notice {
             return;
         }
         box.classList.add("floats");
-        const [left, top] = kind === "answer" ? this.besideAction() : this.overWorld();
+        const [left, top] = kind === "answer" ? this.besideAction() : kind === "error" ? this.overWorld() : this.belowWorld();
         const { width, height } = box.getBoundingClientRect();
         box.style.left = `${Math.max(EDGE, Math.min(left, innerWidth - width - EDGE))}px`;
         box.style.top = `${Math.max(EDGE, Math.min(top, innerHeight - height - EDGE))}px`;
@@ -80,6 +80,12 @@ export class Notice {
         const { left, right, top } = part("stage").getBoundingClientRect();
         const slot = this.slot.getBoundingClientRect().left;
         return [Math.max(left, Math.min(slot, right - this.box.getBoundingClientRect().width - 2 * EDGE)) + EDGE, top + EDGE];
+    }
+
+    belowWorld() {
+        const { right, top, bottom } = part("below").getBoundingClientRect();
+        const { width, height } = this.box.getBoundingClientRect();
+        return [right - width - EDGE, (top + bottom - height) / 2];
     }
 
     // Next to the pointer in the world; over the world, at the height of what was pressed in a panel, if there is room.

@@ -142,9 +142,10 @@ export class RobotPanel {
             row(texts.state, element("span", { class: `state s${robots.state[robot]}` }, texts.states[robots.state[robot]])),
             ...(world.recording ? [] : [row(texts.group, `${group.name} (${group.robot})`), row(texts.script, group.script ?? "")]),
             ...(world.watched ? [] : [row(texts.place, texts.placeOf(x, y, z, degrees))]),
+            ...(world.recording ? [row(texts.radius, texts.radiusOf(group.radius))] : []),
         ];
         const color = robots.led[robot];
-        rows.push(row(texts.led, ...(color > 0 ? [led(color)] : []), texts.ledOf(color, meaningOf(world, group, color))));
+        rows.push(...(world.watched ? [] : [row(texts.led, ...(color > 0 ? [led(color)] : []), texts.ledOf(color, meaningOf(world, group, color)))]));
         if (group.link) {
             rows.push(row(texts.range, texts.rangeOf(group.link)));
         }

@@ -9,6 +9,7 @@ const numberText = (/** @type {number} */ value) => (Number.isInteger(value) ? S
 
 // By the sum of 1 for red, 2 for green and 4 for blue.
 const COLORS = ["off", "red", "green", "yellow", "blue", "magenta", "cyan", "white"];
+const ledName = (/** @type {number} */ led) => COLORS[led];
 
 /** @type {Record<string, string>} */
 const MEDIA = { ir: "Infrared", nrf24: "nRF24", p2p: "P2P", rab: "Range and bearing" };
@@ -19,7 +20,8 @@ export const texts = {
     rate: "Speed", asFast: "as fast as it can", rateOf: (/** @type {number} */ rate) => `${rate} ×`,
     save: "Save as scenario", saveHelp: "A scenario file with its scripts, which replays this session from any folder",
     missing: (/** @type {string} */ names) => `The saved scenario needs these files next to it, because they are no texts: ${names}`,
-    clock: (/** @type {number} */ seconds, /** @type {number} */ end) => `${seconds.toFixed(1)} s of ${end.toFixed(1)} s`, time: "Time of the run",
+    clock: (/** @type {number} */ seconds, /** @type {number} */ end) => `${seconds.toFixed(1)} s of ${end.toFixed(1)} s`, time: "Time of the run", marks: "Marks of the run: arrow keys lead from one to the next",
+    markAt: (/** @type {number} */ seconds, /** @type {string} */ text) => `${seconds.toFixed(1)} s: ${text}`,
     over: "The run is over.", cut: (/** @type {string} */ reason) => `The recording ends early: ${reason}.`,
     away: "The session has ended. Start it again in the terminal.",
     elsewhere: "Another page shows this session now. What you do here has no effect.",
@@ -98,13 +100,20 @@ export const texts = {
     led: "LED", range: "Range", attitude: "Attitude",
     ledOf: (/** @type {number} */ color, /** @type {string} */ meaning) => (meaning ? `${COLORS[color]}: ${meaning}` : COLORS[color]),
     attitudeOf: (/** @type {AttitudeDescription} */ { roll, pitch, thrust }) => `roll ${Math.round(roll)}°, pitch ${Math.round(pitch)}°, thrust ${Math.round(thrust)} %`,
-    tabRobot: "Robot", tabScript: "Script", tabLog: "Log", tabTests: "Tests", tabGround: "World",
+    tabRobot: "Robot", tabTable: "Table", tabScript: "Script", tabLog: "Log", tabTests: "Tests", tabGround: "World",
 
+    allRobots: "All robots: arrow keys choose one, Enter shows more about it", robotsHead: ["Id", "State", "x", "y", "z", "LED"],
+    noRobotNow: "No robot is chosen.",
+    /** @type {(id: number | null, state: string, seen: string[]) => string} */
+    announced: (id, state, seen) => `Robot ${id}, ${[state, ...seen].join(", ")}`,
+    pausedAt: (/** @type {string} */ clock) => `Paused at ${clock}`,
     noRobot: "No robot is chosen. Click one.",
     robot: (/** @type {number | null} */ id) => `Robot ${id}`,
     state: "State", states: ["running", "stopped", "failed", "stopped by an error"],
     group: "Group", script: "Script", place: "Place", memory: "Memory",
     placeOf: (/** @type {number} */ x, /** @type {number} */ y, /** @type {number} */ z, /** @type {number} */ degrees) => `(${x.toFixed(1)}, ${y.toFixed(1)}${z ? `, ${z.toFixed(1)}` : ""}) mm, ${Math.round(degrees) % 360}°`,
+    ledName, ledIs: (/** @type {number} */ led) => `LED ${ledName(led)}`,
+    radius: "Radius", radiusOf: (/** @type {number} */ mm) => `${mm} mm`,
     estimate: "Estimate",
     /** @type {(x: number, y: number, z: number, away: number) => string} */
     estimateOf: (x, y, z, away) => `${Math.round(x)}, ${Math.round(y)}, ${Math.round(z)} mm (${Math.round(away)} mm away)`,

@@ -121,15 +121,18 @@ export class Trials {
 
     /** @param {World} world */
     measures({ expectations, quantities }) {
-        /** @type {[string, HTMLOptionElement[]][]} */
-        const groups = [["since", expectations.map(({ name, text, line }, number) => {
+        /** @type {[string, HTMLOptionElement[]]} */
+        const since = ["since", expectations.map(({ name, text, line }, number) => {
             // Two expectations may differ in their tolerance alone.
             const isUnique = expectations.filter((other) => (other.name ?? other.text) === (name ?? text)).length === 1;
             return option(`${name ?? text}${isUnique ? "" : ` (${texts.line(line)})`}`, `since ${number}`);
-        })]];
-        for (const [kind, names] of Object.entries(quantities)) {
-            groups.push([kind, names.map((/** @type {string} */ name) => option(name, `end ${name}`))]);
-        }
+        })];
+        const ofQuantities = Object.entries(quantities).map(([kind, names]) => {
+            const own = kind === "plot" ? names : names.filter((name) => !quantities.plot.includes(name));
+            return /** @type {[string, HTMLOptionElement[]]} */ ([kind, own.map((name) => option(name, `end ${name}`))]);
+        });
+        // The scenario names first what it is about; the column of successes has the expectations already.
+        const groups = [...ofQuantities.filter(([kind]) => kind === "plot"), since, ...ofQuantities.filter(([kind]) => kind !== "plot")];
         return element("select", { name: "measure" }, ...groups.filter(([, options]) => options.length > 0)
             .map(([kind, options]) => element("optgroup", { label: /** @type {Record<string, string>} */ (texts.quantities)[kind] ?? texts.since }, ...options)));
     }

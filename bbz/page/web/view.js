@@ -7,7 +7,7 @@ import { dashes, fitRobots, follow, groupOf, reachOf } from "./focus.js";
 import { Labels } from "./labels.js";
 import { Obstacles } from "./obstacles.js";
 import { drawPaint, groundColor } from "./paint.js";
-import { FAILED, Robots } from "./recording.js";
+import { Robots } from "./recording.js";
 import { Scene, SHAPES } from "./scene.js";
 import { texts } from "./texts.js";
 import { Trails } from "./trails.js";
@@ -22,6 +22,8 @@ const PALETTE = [[0, 34, 78], [53, 69, 108], [102, 105, 112], [148, 142, 119], [
 export const COMPARED = ["--one", "--two", "--three", "--four", "--five", "--six"];
 /** @type {Messages} */
 const NO_MESSAGES = { heard: [], collided: [], lost: [] };
+// Robots of this state, or of a lower one, have values and neighbors of now; those of a higher one have failed.
+const STOPPED = 1;
 // A robot of a large world is seen as a dot of two pixels. There is room for larger ones where robots are few.
 const BODY_PIXELS_MIN = 1;
 const BODY_PIXELS_MIN_OF_FEW = 4;
@@ -368,7 +370,8 @@ export class View {
             const [from, to] = [trail[index - 1], trail[index]];
             scene.addLine(from, to, 0, fade(colors.chosen, (0.7 * index) / trail.length), 1, to[2]);
         }
-        if (this.chosen !== null) {
+        // A robot that has failed receives nothing more.
+        if (this.chosen !== null && this.robots.state[this.chosen] <= STOPPED) {
             const from = this.spaceOf(this.chosen);
             this.setLines("links", this.neighbors.map((robot) => [from, this.spaceOf(robot)]));
             scene.drawLines(lines.links, fade(colors.link, 0.75), 1);
@@ -442,7 +445,7 @@ export class View {
     /** @param {number} robot */
     colorOf(robot) {
         const share = this.shares?.[robot];
-        return typeof share === "number" && this.robots.state[robot] !== FAILED ? mix(share) : this.colors.states[this.robots.state[robot]];
+        return typeof share === "number" && this.robots.state[robot] <= STOPPED ? mix(share) : this.colors.states[this.robots.state[robot]];
     }
 
     /**
