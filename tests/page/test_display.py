@@ -5,7 +5,7 @@ import base64
 import pytest
 from playwright.sync_api import expect
 from test_editor import write
-from test_page import COUNT, SCRIPT, at, go, page, place, robot, session, window
+from test_page import COUNT, SCENARIO, SCRIPT, at, go, page, place, robot, save, session, window
 
 __all__ = ["page", "session", "window"]
 
@@ -88,3 +88,29 @@ def test_names_of_columns_stay_whole(page):
         return range.getClientRects().length;
     })""")
     assert lines[:4] == [1, 1, 1, 1], lines
+
+
+@pytest.mark.parametrize("is_open", [False, True], ids=["the editor has only the script", "the editor has the scenario"])
+def test_the_seed_is_changed_in_the_world(page, tmp_path, is_open):
+    if is_open:
+        page.click("#tab-script")
+        page.locator("#script-name").select_option("s.toml")
+        expect(page.locator("#text .cm-content")).to_contain_text("[world]")
+    go(page, 20)
+    page.click("#tab-ground")
+    seed = page.get_by_label("Seed", exact=True)
+    for number in (77, 78):
+        expect(seed).not_to_have_value(str(number))
+        seed.fill(str(number))
+        page.locator("#ground").get_by_role("button", name="Run", exact=True).click()
+        at(page, 0)
+        page.click("#tab-tests")
+        expect(page.locator("#older")).to_be_hidden()
+        page.click("#tab-ground")
+        expect(seed).to_have_value(str(number))
+        go(page, 20)
+    # The text has it, once.
+    page.click("#tab-script")
+    page.locator("#script-name").select_option("s.toml")
+    expect(page.locator("#text .cm-line").nth(1)).to_have_text("seed = 78")
+    assert save(page, tmp_path).read_text().startswith(SCENARIO.replace("[world]\n", "[world]\nseed = 78\n"))

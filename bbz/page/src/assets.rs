@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 40] = [
+const ASSETS: [Asset; 41] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("about.js", SCRIPT),
@@ -59,6 +59,7 @@ const ASSETS: [Asset; 40] = [
     asset!("robot.js", SCRIPT),
     asset!("scale.js", SCRIPT),
     asset!("scene.js", SCRIPT),
+    asset!("seed.js", SCRIPT),
     asset!("session.js", SCRIPT),
     asset!("table.js", SCRIPT),
     asset!("texts.js", SCRIPT),

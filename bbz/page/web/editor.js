@@ -456,6 +456,29 @@ export class Editor {
         this.ask({ run: { texts: this.texts(), keep_changes: part("keep-changes").checked } });
     }
 
+    // The run starts from the beginning with another text of the scenario, which the editor gets as well. `change(text)` returns it, or
+    // null if it cannot. Returns false then.
+    /** @param {(text: string) => string | null} change */
+    runScenario(change) {
+        const known = this.known().find(({ name }) => name === this.scenario);
+        const text = known?.state.doc.toString() ?? this.begun[this.scenario ?? ""] ?? "";
+        const changed = change(text);
+        if (changed === null || this.scenario === undefined) {
+            return false;
+        }
+        if (known) {
+            const changes = { from: 0, to: known.state.doc.length, insert: changed };
+            known.state = known.state.update({ changes }).state;
+            if (known === this.shown) {
+                this.view.dispatch({ changes });
+            }
+            this.run();
+        } else {
+            this.ask({ run: { texts: { ...this.texts(), [this.scenario]: changed }, keep_changes: part("keep-changes").checked } });
+        }
+        return true;
+    }
+
     // Robots get the text while the run goes on.
     load() {
         if (this.shown && this.shown.name !== this.scenario) {

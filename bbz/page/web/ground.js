@@ -9,13 +9,16 @@ import { texts } from "./texts.js";
  */
 
 export class Ground {
-    // `command(text)` gives a command, `ask(request)` asks for something else, `beginCut()` lets the user draw a line.
+    // `command(text)` gives a command, `ask(request)` asks for something else, `beginCut()` lets the user draw a line, `onSeed(seed)` starts
+    // the run again with another seed.
     /**
      * @param {(text: string) => void} command
      * @param {Ask} ask
      * @param {() => void} beginCut
+     * @param {(seed: number) => void} onSeed
      */
-    constructor(command, ask, beginCut) {
+    constructor(command, ask, beginCut, onSeed) {
+        this.onSeed = onSeed;
         this.command = command;
         this.ask = ask;
         this.beginCut = beginCut;
@@ -41,7 +44,7 @@ export class Ground {
         this.firstIds = world.groups.map(({ first_id: first, count }) => ({ first, count }));
         const facts = [
             row(texts.size, texts.sizeOf(...world.size)), row(texts.robots, String(world.groups.reduce((sum, { count }) => sum + count, 0))),
-            row(texts.seed, String(world.seed)),
+            row(texts.seed, this.seed(world)),
         ];
         this.lamps = element("section");
         this.poses = element("section");
@@ -58,6 +61,22 @@ export class Ground {
         const losses = element("section", {}, element("h3", {}, texts.losses), ...world.media.map((medium) => this.loss(medium)));
         part("ground").replaceChildren(element("h2", { class: "heard" }, texts.tabGround), element("dl", {}, ...facts), ...this.surroundings(world), ...this.fences(world), losses, this.partition(), this.lamps, this.poses, changes, digest);
         this.show({ ...world, can_undo: false, can_redo: false });
+    }
+
+    // The seed, and another one for a run from the beginning.
+    /** @param {World} world */
+    seed({ seed, scripts }) {
+        if (!scripts) {
+            return String(seed);
+        }
+        const field = element("input", { type: "number", min: 0, max: 4294967295, step: 1, required: "", value: String(seed), "aria-label": texts.seed });
+        return element("form", {
+            class: "place",
+            onsubmit: (event) => {
+                event.preventDefault();
+                this.onSeed(Number(field.value));
+            },
+        }, field, element("button", { title: texts.runSeedHelp }, texts.run));
     }
 
     // The keys of the scenario that make the surroundings of a group unusual: wind, texture of the floor, latency of poses.

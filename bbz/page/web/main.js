@@ -14,6 +14,7 @@ import { DisplayOptions } from "./display.js";
 import { Pointer } from "./pointer.js";
 import { FAILED, Robots } from "./recording.js";
 import { RobotPanel } from "./robot.js";
+import { withSeed } from "./seed.js";
 import { connect } from "./session.js";
 import { Table } from "./table.js";
 import { texts } from "./texts.js";
@@ -83,7 +84,11 @@ const tabs = new Tabs(["about", "robot", "table", "script", "log", "tests", "gro
 const panel = new RobotPanel(robots, command, compare, openPlace);
 const log = new Log(choose, (code) => ask({ explain: { code } }));
 const about = new About(command);
-const ground = new Ground(command, ask, () => view.beginCut());
+const ground = new Ground(command, ask, () => view.beginCut(), (seed) => {
+    if (!editor.runScenario((text) => withSeed(text, seed))) {
+        showStatus(texts.noWorld, "answer");
+    }
+});
 const controls = new Controls(command);
 const curves = new Curves(view, watch, goTo);
 const display = new DisplayOptions(view, curves, watch);

@@ -220,6 +220,8 @@ export const texts = {
     sweepHead: ["Value", "Trials", "Succeeded", "Median", "Half of them"], quartiles: (/** @type {number} */ low, /** @type {number} */ high) => `${numberText(low)} to ${numberText(high)}`,
 
     size: "Size", sizeOf: (/** @type {number} */ width, /** @type {number} */ height) => `${width} × ${height} mm`, robots: "Robots", seed: "Seed",
+    runSeedHelp: "Starts the run from the beginning with this seed, which stands then in the text of the scenario",
+    noWorld: "The scenario has no section [world]: write the seed into its text.",
     losses: "Messages that get lost", media: MEDIA,
     lossOf: (/** @type {string} */ name) => `share of the messages by ${name} that get lost`,
     percent: (/** @type {number} */ share) => `${Math.round(100 * share)} %`, ofModel: "by model",
