@@ -204,6 +204,6 @@ def test_forced_colors_keep_what_is_a_color_alone(browser, session):
     assert "gradient" in look("#legend i", None, "backgroundImage")
     marks = [look(f"#marks .{kind}", "::before", "backgroundColor") for kind in ["event", "fault"]]
     assert marks[0] != marks[1]
-    tabs = [look(f"#tab-{name}", None, "backgroundColor") for name in ["robot", "log"]]
+    tabs = [look(f"#tab-{name}", None, "backgroundColor") for name in ["about", "log"]]
     assert tabs[0] != tabs[1], "the shown tab looks like no other"
     context.close()

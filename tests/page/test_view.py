@@ -61,7 +61,7 @@ def test_robots_are_shown_and_nothing_can_be_changed(page):
     panel = robot(page, 7)
     expect(panel.locator(".facts")).to_contain_text("(40.0, 0.0) mm, 90°")
     expect(panel.locator(".state")).to_have_text("running")
-    expect(panel.locator(".facts")).to_contain_text(re.compile(r"LED[0-7], \w+Radius16\.5 mm"))
+    expect(panel.locator(".facts")).to_contain_text(re.compile(r"Radius16\.5 mmLED[A-Z]?[a-z]+"))
     expect(page.locator("#scenario")).to_have_text("s.bbr")
     for part in ["save", "messages", "tab-log", "tab-tests", "tab-ground"]:
         expect(page.locator(f"#{part}")).to_be_hidden()

@@ -68,7 +68,7 @@ void main() {
     float along = clamp(share, 0.0, 1.0) * ${(STEPS - 1).toFixed(1)};
     int low = min(int(along), ${STEPS - 2});
     vec3 ofShare = mix(palette[low], palette[low + 1], along - float(low));
-    // A robot that failed has no quantity any more.
+    // A robot that has failed, or that an error has stopped, has no value of now.
     color = vec4(share < 0.0 || state > 1.0 ? states[clamp(int(state), 0, 3)] : ofShare, 1.0);
     float size = ${isGlow ? `radius * ${GLOW.toFixed(2)} * scale.x` : "max(radius * scale.x, scale.y)"};
     // An edge fades over a pixel, half of it outside.
