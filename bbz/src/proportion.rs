@@ -8,7 +8,8 @@
 
 #![allow(clippy::unwrap_used, reason = "what fails here fails the test")]
 
-mod firmware;
+mod assignment_tests;
+mod firmware_tests;
 mod others;
 mod programs;
 mod recordings;

@@ -7,7 +7,7 @@ from test_page import at, go, page, robot, session, window
 
 __all__ = ["page", "session", "window"]
 
-TABS = ["robot", "table", "script", "log", "tests", "ground"]
+TABS = ["about", "robot", "table", "script", "log", "tests", "ground"]
 # Width and height; the last two are a zoom of 200 % of 1280 × 800 and of 1280 × 560.
 SIZES = [(1920, 1080), (1280, 560), (390, 844), (390, 560), (640, 400), (640, 280)]
 
@@ -37,6 +37,8 @@ def test_each_part_has_room_and_can_be_reached(sized):
     assert height(page, "#canvas") >= least
     # Nothing is wider than the window.
     assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+    # The tabs are in one row.
+    assert len({page.locator(f"#tab-{tab}").bounding_box()["y"] for tab in TABS}) == 1
     for tab in TABS:
         page.click(f"#tab-{tab}")
         assert height(page, f"#{tab}") >= least, tab
