@@ -118,8 +118,13 @@ def picture_with_focus(page):  # noqa: F811
 def test_trails_follow_the_camera(page):  # noqa: F811
     choose(page, "examples/swarm/flocking.toml")
     expect(page.locator("#clock")).to_contain_text("0.0 s")
+    # Without curves the canvas has the height that the numbers of points below are about.
+    closes = page.get_by_role("button", name="Close the curve")
+    expect(closes).not_to_have_count(0)
+    while closes.count() > 0:
+        closes.first.click()
     page.check("#trails")
-    play_until(page, 4)
+    play_until(page, 9)
     page.focus("#canvas")
     for _ in range(8):
         page.keyboard.press("+")

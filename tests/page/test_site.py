@@ -327,9 +327,9 @@ def test_flying_robots_are_shown_in_3d(page):
     choose(page, "examples/swarm/particle_swarm.toml")
     expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
     tilt, canvas, name = page.locator("#tilt"), page.locator("#canvas"), page.locator("#name")
-    expect(tilt).to_be_hidden()
-    page.click("#play")
+    # It is offered before the robots take off.
     expect(tilt).to_be_visible()
+    page.click("#play")
     # They rise for some seconds.
     expect(page.locator("#clock")).to_contain_text("6.")
     page.click("#play")
@@ -344,9 +344,9 @@ def test_flying_robots_are_shown_in_3d(page):
     painted(page)
     turned = name.bounding_box()
     assert turned["x"] != before["x"]
-    page.mouse.move(400, 600)
+    page.mouse.move(400, 350)
     page.mouse.down(button="right")
-    page.mouse.move(400, 570)
+    page.mouse.move(400, 320)
     page.mouse.up(button="right")
     painted(page)
     assert name.bounding_box()["y"] != turned["y"]
