@@ -12,6 +12,7 @@ export interface Parts {
     help: HTMLDialogElement;
     keep: HTMLInputElement;
     labels: HTMLCanvasElement;
+    language: HTMLSelectElement;
     "show-labels": HTMLInputElement;
     "keep-changes": HTMLInputElement;
     messages: HTMLInputElement;

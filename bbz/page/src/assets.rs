@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 41] = [
+const ASSETS: [Asset; 43] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("about.js", SCRIPT),
@@ -62,6 +62,8 @@ const ASSETS: [Asset; 41] = [
     asset!("seed.js", SCRIPT),
     asset!("session.js", SCRIPT),
     asset!("table.js", SCRIPT),
+    asset!("texts-en.js", SCRIPT),
+    asset!("texts-fr.js", SCRIPT),
     asset!("texts.js", SCRIPT),
     asset!("timeline.js", SCRIPT),
     asset!("trails.js", SCRIPT),

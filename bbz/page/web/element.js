@@ -1,6 +1,6 @@
 // Parts of the page, and their texts.
 
-import { texts } from "./texts.js";
+import { language, texts } from "./texts.js";
 
 /**
  * @import { Parts } from "./page"
@@ -121,6 +121,7 @@ export function row(name, ...value) {
 
 // An action with an icon of index.html keeps it; its help is read out and shown.
 export function fillTexts() {
+    document.documentElement.lang = language;
     /** @type {(name: string | undefined) => string} */
     const text = (name) => /** @type {Record<string, any>} */ (texts)[name ?? ""];
     /** @type {(selector: string) => NodeListOf<HTMLElement>} */

@@ -17,7 +17,7 @@ import { RobotPanel } from "./robot.js";
 import { withSeed } from "./seed.js";
 import { connect } from "./session.js";
 import { Table } from "./table.js";
-import { texts } from "./texts.js";
+import { keepLanguage, language, NAMES, texts } from "./texts.js";
 import { TimeLine } from "./timeline.js";
 import { Trials } from "./trials.js";
 import { View } from "./view.js";
@@ -539,6 +539,12 @@ for (const rate of RATES) {
     part("rate").append(option(texts.rateOf(rate), String(rate), rate === 1));
 }
 part("rate").append(option(texts.asFast, "0"));
+// The page is loaded anew in the other language; it asks before a text is lost.
+part("language").append(...NAMES.map(([name, text]) => option(text, name, name === language)));
+part("language").onchange = () => {
+    keepLanguage(part("language").value);
+    location.reload();
+};
 inside(part("help"), "dl").append(...texts.allKeys.map(([key, text]) => row(element("kbd", {}, key), text)));
 
 const [goBack, goHome, showHelp] = [() => goTo(robots.tick - 1), () => goTo(0), () => part("help").showModal()];
