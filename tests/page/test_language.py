@@ -36,14 +36,14 @@ def test_the_language_is_that_of_the_browser(french, session):
 def test_the_language_is_chosen_and_kept(page):
     expect(page.locator("#play")).to_have_text("Play")
     page.click("#keys")
-    page.get_by_label("Language").select_option("Français")
+    page.locator("#language").select_option("Français")
     expect(page.locator("#play")).to_have_text("Lecture")
     page.reload()
     expect(page.locator("#play")).to_have_text("Lecture")
     page.click("#keys")
     expect(page.locator("#help h2")).to_have_text("Touches et langue")
     expect(page.locator("#languages")).to_contain_text("sont en anglais")
-    page.get_by_label("Langue").select_option("English")
+    page.locator("#language").select_option("English")
     expect(page.locator("#play")).to_have_text("Play")
     expect(page.locator("html")).to_have_attribute("lang", "en")
 

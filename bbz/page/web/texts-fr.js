@@ -60,7 +60,7 @@ export const french = {
     picture: "Image", pictureHelp: "Enregistre la vue dans un fichier PNG", pictureAs: "bittybuzz.png",
     drawing: "Dessin", drawingHelp: "Enregistre le monde dans un fichier SVG", drawingAs: "bittybuzz.svg",
     quantities: { plot: "du scénario", robot: "chaque robot", swarm: "l'essaim", global: "variables globales" },
-    addCurve: "Ajouter une courbe", addCurveLabel: "ajouter la courbe d'une grandeur",
+    addCurve: "Courbe …", addCurveLabel: "ajouter la courbe d'une grandeur",
     curveLabel: (name) => `${name} au cours du temps`,
     curve: (time, five, isSingle) => {
         const [a, b, c, d, e] = five.map((value) => (Number.isFinite(value) ? numberText(value) : "aucune"));
