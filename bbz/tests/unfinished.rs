@@ -73,7 +73,10 @@ fn a_recording_of_a_killed_process_is_named() {
 fn an_unfinished_file_without_use_is_removed() {
     let folder = folder("killed_empty");
     kill_after(&folder, 0, || {});
-    assert_eq!(temporary(&folder).len(), 1);
+    // A busy computer may have written samples before the end, which are of use.
+    let left = temporary(&folder);
+    let [name] = &left[..] else { panic!("{left:?}") };
+    folder.write(name, "bbzrec");
     // A table that was cut off, and a recording without a sample.
     folder.write(&format!("{MARK}a1B2c3D4"), "seed,time\n1,2");
     folder.write(&format!("{MARK}a1B2c3D5"), "bbzrec\u{4}");
