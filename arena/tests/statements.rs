@@ -1,6 +1,5 @@
 //! A tick of a copy of a run is read statement by statement, and the run is the same.
 
-use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::busy::{rest, setup};
@@ -107,19 +106,6 @@ fn the_machine_is_read_before_a_statement() {
     let depths: Vec<usize> = found.statements.iter().map(|statement| statement.depth).collect();
     assert!(depths[9] > depths[7] && depths[7] == depths[0], "{depths:?}");
     assert!(at(12).is_some() && at(13).is_none());
-}
-
-#[test]
-fn a_watch_stops_at_a_position() {
-    let mut run = begin("statements_position");
-    run.tick().unwrap();
-    let all = look(&run, 0, WatchStop::Never).unwrap().statements;
-    let positions = Arc::new(BTreeSet::from([all[4].position]));
-    let found = look(&run, 0, WatchStop::At(positions)).unwrap();
-    assert_eq!(found.statements, all[..5]);
-    assert_eq!(found.content, None);
-    let elsewhere = Arc::new(BTreeSet::from([u32::MAX]));
-    assert!(look(&run, 0, WatchStop::At(elsewhere)).is_none());
 }
 
 #[test]

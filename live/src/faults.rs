@@ -53,6 +53,23 @@ fn report<'a>(program: Option<&'a Program>, of: &Robot, fault: &FaultRecord) -> 
     report.with_memory(fault.memory.as_ref())
 }
 
+/// Returns the place of the statement that begins at a position in the program of a robot. With
+/// drafts, it names the script that the client can edit.
+pub fn place(
+    setup: &Setup,
+    drafts: Option<&Drafts>,
+    robot: usize,
+    Program { image, symbols, sources }: &Program,
+    position: u32,
+) -> Option<FaultPlace> {
+    let (symbols, sources) = (symbols.as_deref(), &**sources);
+    let profile = setup.scenario.group(setup.group(robot)).robot.profile;
+    let program = KnownProgram { image, profile, symbols, sources };
+    let mut place = FaultPlace::new(program, position, symbols?.statement(position)?)?;
+    name(setup, drafts, &mut place);
+    Some(place)
+}
+
 /// Makes the file of a place relative to the folder of the scenario, and names its script if the
 /// client can edit it.
 fn name(setup: &Setup, drafts: Option<&Drafts>, place: &mut FaultPlace) {

@@ -44,6 +44,8 @@
 //! | `{"grade":{"files":{"ada.json":"…"}}}` | trials of files that were handed in, whose result is an event with their marks |
 //! | `"stop_trials"` | trials that were not finished are given up |
 //! | `{"stop_on_error":{"on":true}}` | the run pauses at the end of a tick in which a script has a fault, and an event names the robot and the reason; on from the start in a scenario with an assignment |
+//! | `{"debug":{"robot":5,"to":"next"}}` | an event has the next statement of the script of the robot with this number, and the memory before it, while the world waits: the run is at the beginning of the tick in which the statement is. Also `first`, `over`, `out`, `back`, `last` and `{"at":3}`. Past the last statement of a tick, the run goes on to the next one |
+//! | `{"breakpoints":{"lines":{"walk.bzz":[3]},"robot":5}}` | the run pauses before the tick in which a robot, or the one with this number alone, reaches one of these lines, and an event has the statement as for `debug` |
 //! | `"digest"` | an event has the digest of the run, in hexadecimal: runs that went the same way have the same one |
 //!
 //! # Events
@@ -90,6 +92,7 @@ mod series;
 mod set_up;
 mod shelf;
 mod source;
+mod stepping;
 mod trials;
 mod unsaved;
 mod watch;

@@ -1,15 +1,16 @@
 //! A session that a client controls.
 
-use std::sync::Arc;
+mod debugger;
+mod robots;
+mod trying;
+
 use std::time::Duration;
 
-use bittybuzz_arena::engine::{Attitude, Pose};
 use bittybuzz_arena::output::recorder;
-use bittybuzz_arena::robot::BatteryState;
 use bittybuzz_arena::run::{FirmwareError, Session, TICKS_PER_SECOND, Verdict};
 use bittybuzz_arena::scenario::{Quantity, ScenarioCause, ScenarioError};
 use bittybuzz_compiler::explain::explain;
-use bittybuzz_inspect::{Inspection, Limits};
+use bittybuzz_inspect::Limits;
 
 use crate::about::AboutDescription;
 use crate::backlog::Backlog;
@@ -19,23 +20,22 @@ use crate::conditions;
 use crate::edit::{self, EditError, NewRun};
 use crate::events::{self, EventCollector};
 use crate::faults;
-use crate::grading::Assignment;
-use crate::hand_in::{HandIn, TextFile};
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    AttitudeDescription, AttitudesEvent, BatteryDescription, BeginEvent, CommandsEvent,
-    ConditionsEvent, DigestEvent, ExpectationEvent, ExplanationEvent, FailedEvent, FaultEvent,
-    InspectionEvent, PageEvent, ScenarioEvent, ScriptsDescription, SeekingEvent, SeriesCutEvent,
-    StateEvent, TrialsEvent,
+    AttitudesEvent, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExpectationEvent,
+    ExplanationEvent, FailedEvent, FaultEvent, PageEvent, ScenarioEvent, ScriptsDescription,
+    SeekingEvent, SeriesCutEvent, StateEvent, TrialsEvent,
 };
 use crate::request::{Request, Texts};
 use crate::samples::Samples;
 use crate::series::{self, Series};
 use crate::source::Source;
-use crate::trials::{self, Grading, TrialPurpose, Trials, Variant};
+use crate::stepping::{Breakpoints, StepPosition};
+use crate::trials::Trials;
 use crate::unsaved::{Unsaved, UnsavedStore};
 use crate::watch::Watch;
 use crate::workshop::{Drafts, Workshop};
+use debugger::Walk;
 
 /// The limits on the tables of a robot that are shown: enough to read, and small enough to be sent
 /// often.
@@ -99,6 +99,11 @@ pub struct Live {
     has_failed: bool,
     /// The client's choice whether the run pauses at a fault, if it made one.
     stop_on_error: Option<bool>,
+    breakpoints: Breakpoints,
+    /// The statement that is shown.
+    position: Option<StepPosition>,
+    /// A step to a statement that goes on in later ticks.
+    walk: Option<Walk>,
 }
 
 impl Live {
@@ -128,6 +133,9 @@ impl Live {
             verdicts: Vec::new(),
             has_failed: false,
             stop_on_error: None,
+            breakpoints: Breakpoints::default(),
+            position: None,
+            walk: None,
         };
         live.begin();
         live
@@ -167,6 +175,9 @@ impl Live {
                 _ => return self.refuse(TOO_MANY, None),
             }
         }
+        if request.is_about_now() || request == Request::Pause {
+            self.walk = None;
+        }
         match request {
             Request::Play { rate: Some(rate) } if !RATES.contains(&rate) => {
                 return self.refuse(&Pace::refusal(rate), None);
@@ -177,6 +188,9 @@ impl Live {
                 {
                     return self.refuse(&error.to_string(), None);
                 }
+                if self.stops_in_this_tick() {
+                    return;
+                }
                 self.pace = Pace::play(rate, now, self.session.run().now());
                 self.add_verdicts();
                 self.add_conditions();
@@ -186,7 +200,14 @@ impl Live {
                 let waiting = self.seek.take().map(|seek| seek.then).unwrap_or_default();
                 waiting.iter().for_each(|_| self.refuse(LEFT, None));
             }
-            Request::Step { ticks } => self.pace = Pace::Steps(ticks),
+            Request::Step { ticks } => {
+                if self.stops_in_this_tick() {
+                    return;
+                }
+                self.pace = Pace::Steps(ticks);
+            }
+            Request::Debug { robot, to } => return self.debug(robot, to, now),
+            Request::Breakpoints { lines, robot } => return self.set_breakpoints(&lines, robot),
             Request::GoTo { tick } => {
                 self.pace = Pace::Paused;
                 if let Err(error) = self.session.approach(tick) {
@@ -468,7 +489,12 @@ impl Live {
         let (mut done, wanted) = (0, due.min(run.end().saturating_sub(run.now())));
         let mut stop = None;
         while done < wanted && !self.has_failed && stop.is_none() && has_time() {
-            let faults = self.simulate();
+            // A step to a statement passes no other one.
+            let faults = match self.walk {
+                Some(_) => Some(self.simulate()),
+                None => self.simulate_to_breakpoint(now),
+            };
+            let Some(faults) = faults else { return true };
             done += 1;
             if self.stops_on_error() {
                 stop = faults::stop(&faults);
@@ -486,7 +512,11 @@ impl Live {
             self.add_conditions();
             self.add_state();
         }
+        let is_stopped = stop.is_some();
         self.events.extend(stop.map(PageEvent::Stopped));
+        if self.pace == Pace::Paused && !is_stopped && !self.has_failed {
+            self.go_on_with_step(now);
+        }
         self.pace.due(self.session.run().now(), now, TICKS_PER_SECOND) > 0
     }
 
@@ -563,94 +593,6 @@ impl Live {
         }
     }
 
-    /// Returns trials of the scenario with several values of a key.
-    fn sweep(
-        &self,
-        key: Option<String>,
-        values: Vec<String>,
-        seeds: u32,
-        quantity: Option<Quantity>,
-    ) -> Result<Trials, String> {
-        let drafts = self.drafts.as_ref().ok_or(NO_TRIALS)?;
-        let values: Vec<Option<String>> = match key {
-            None => vec![None],
-            Some(_) => values.into_iter().map(Some).collect(),
-        };
-        let count = values.len().saturating_mul(seeds as usize);
-        if count == 0 {
-            return Err("at least one value and one seed are needed".to_owned());
-        }
-        if count > trials::TRIALS_MAX {
-            let max = trials::TRIALS_MAX;
-            return Err(format!(
-                "{count} trials are more than {max}: `bbz sim --runs` has no such limit"
-            ));
-        }
-        let variants = values.into_iter().map(|value| {
-            let setting = key.as_deref().zip(value.as_deref());
-            let setup = edit::trial(drafts, &self.scenario, setting, &drafts.last())?;
-            Ok(Variant { value, setup: Arc::new(setup) })
-        });
-        let variants = variants.collect::<Result<Vec<Variant>, String>>()?;
-        let first = self.session.run().seed();
-        let seeds = (0..seeds).map(|number| first.wrapping_add(number)).collect();
-        Ok(Trials::new(TrialPurpose::Sweep(quantity), variants, seeds))
-    }
-
-    /// Returns the trial whose result is handed in. `shown` are the texts that the client shows.
-    fn hand_in(&self, by: String, shown: &Texts) -> Result<Trials, String> {
-        let drafts = self.drafts.as_ref().ok_or(NO_TRIALS)?;
-        let scripts = edit::handed_in(drafts, self.session.run(), &self.scenario, shown)?;
-        let setup = edit::trial(drafts, &self.scenario, None, &scripts)?;
-        let scenario = &setup.scenario;
-        let title = scenario.assignment.as_ref().map(|assignment| assignment.title.clone());
-        let title = title.ok_or("the scenario has no [assignment]")?;
-        let name = edit::name_of_scenario(drafts, &setup);
-        let text = TextFile::new(name, self.scenario.clone());
-        let hand_in = HandIn::new(by, title, text, edit::files(&setup, scripts));
-        let (seed, setup) = (scenario.world.seed, Arc::new(setup));
-        let variant = Variant { value: None, setup };
-        Ok(Trials::new(TrialPurpose::HandIn(Box::new(hand_in)), vec![variant], vec![seed]))
-    }
-
-    /// Starts the trials of hand-ins, of which the scenario decides with which the session was opened.
-    fn grade(&mut self, files: Texts) {
-        let mut grading = match self.grading(files) {
-            Ok(grading) => grading,
-            Err(reason) => return self.refuse(&reason, None),
-        };
-        let variants = grading.variants();
-        let Some(Variant { setup, .. }) = variants.first() else {
-            return self.events.push(grading.marks());
-        };
-        let seeds = vec![setup.scenario.world.seed];
-        self.start_trials(Ok(Trials::new(TrialPurpose::Grade(grading), variants, seeds)));
-    }
-
-    fn grading(&self, files: Texts) -> Result<Grading, String> {
-        let drafts = self.drafts.as_ref().ok_or(NO_TRIALS)?;
-        let (count, max) = (files.len(), trials::TRIALS_MAX);
-        if count > max {
-            return Err(format!(
-                "{count} results are more than {max}: `bbz grade` has no such limit"
-            ));
-        }
-        let assignment = Assignment::new(drafts.workshop(), &self.opened)
-            .map_err(|errors| format!("the assignment does not run: {}", errors.trim_end()))?;
-        let files = files.into_iter().map(|(name, text)| (name, assignment.prepare(&text)));
-        Ok(Grading { files: files.collect(), results: Vec::new() })
-    }
-
-    fn start_trials(&mut self, trials: Result<Trials, String>) {
-        match trials {
-            Ok(trials) => {
-                self.trials = Some(trials);
-                self.events.push(PageEvent::Trials(TrialsEvent { percent: 0 }));
-            }
-            Err(reason) => self.refuse(&reason, None),
-        }
-    }
-
     fn add_state(&mut self) {
         let run = self.session.run();
         let rate = match self.pace {
@@ -690,6 +632,7 @@ impl Live {
     fn add_conditions_of(&mut self, is_moved: bool) {
         let commands = conditions::commands(self.session.run());
         if let Some(tick) = conditions::parting(&self.conditions.commands, &commands) {
+            self.leave_statement(true);
             self.series.cut(tick);
             self.events.push(PageEvent::SeriesCut(SeriesCutEvent { tick }));
             if !is_moved {
@@ -703,42 +646,6 @@ impl Live {
         }
     }
 
-    fn add_inspection(&mut self) {
-        let Some(robot) = self.inspected else { return };
-        let run = self.session.run();
-        let content = |content: &Inspection| faults::content(run.setup(), content);
-        let memory = run.inspect(robot, INSPECTION_LIMITS).as_ref().map(content);
-        let last = run.post_mortem(robot);
-        let describe = |last| faults::describe(run.setup(), self.drafts.as_ref(), robot, last);
-        let event = InspectionEvent {
-            robot,
-            tick: run.now(),
-            memory,
-            fault: last.map(describe),
-            at_fault: last.and_then(|last| last.content.as_deref()).map(content),
-            battery: run.battery(robot).map(|BatteryState { millivolts, charge }| {
-                BatteryDescription { millivolts, charge }
-            }),
-            estimate: run.view(robot).and_then(|view| view.estimate).map(place),
-        };
-        self.events.push(PageEvent::Inspection(Box::new(event)));
-    }
-
-    fn add_attitudes(&mut self) {
-        let run = self.session.run();
-        let flying = run.attitudes().filter(|(_, attitude)| attitude.thrust > 0.0);
-        let robots = flying.map(|(robot, Attitude { roll_rad, pitch_rad, thrust })| {
-            let tenths = |degrees: f32| (f64::from(degrees) * 10.0).round() / 10.0;
-            let [roll, pitch] = [roll_rad, pitch_rad].map(|angle| tenths(angle.to_degrees()));
-            AttitudeDescription { robot, roll, pitch, thrust: f64::from((thrust * 100.0).round()) }
-        });
-        let attitudes = AttitudesEvent { robots: robots.collect() };
-        if self.attitudes != attitudes {
-            self.events.push(PageEvent::Attitudes(attitudes.clone()));
-            self.attitudes = attitudes;
-        }
-    }
-
     fn refuse_command(&mut self, error: &ScenarioError) {
         self.refuse(&error.to_string(), error.help());
     }
@@ -746,11 +653,6 @@ impl Live {
     fn refuse(&mut self, text: &str, help: Option<String>) {
         self.events.push(PageEvent::refused(text, help));
     }
-}
-
-/// Returns the place of a pose in mm.
-fn place(pose: Pose) -> [f64; 3] {
-    [pose.x, pose.y, pose.z].map(f64::from)
 }
 
 impl Source for Live {
@@ -762,6 +664,8 @@ impl Source for Live {
         self.verdicts.clear();
         self.attitudes = AttitudesEvent::default();
         self.trials = None;
+        (self.position, self.walk) = (None, None);
+        self.breakpoints = Breakpoints::default();
         let setup = self.session.run().setup();
         let scripts = self.drafts.as_ref().map(|drafts| ScriptsDescription {
             names: edit::names(setup),
@@ -818,6 +722,7 @@ impl Source for Live {
         // Here and not after each turn, so that a client that does not read has one of each.
         self.add_verdicts();
         self.add_conditions();
+        self.leave_statement(false);
         self.events.extend(self.series.take());
         self.events.take()
     }

@@ -3,7 +3,7 @@
 //! The test of this module writes the same types as declarations for the scripts of the page,
 //! together with the requests of [`Request`](crate::request::Request).
 
-use bittybuzz_fault::FaultDescription;
+use bittybuzz_fault::{FaultDescription, FaultPlace};
 use serde::Serialize;
 
 use crate::about::{AboutDescription, ScriptAbout};
@@ -33,6 +33,10 @@ pub enum PageEvent {
     Fault(FaultEvent),
     /// The run was paused because of a fault.
     Stopped(StoppedEvent),
+    /// The statement of a robot's script that is shown.
+    Stepped(Box<SteppedEvent>),
+    /// The lines before which the run pauses.
+    Breakpoints(BreakpointsEvent),
     /// A new verdict of an expectation.
     Expectation(ExpectationEvent),
     /// The memory of the robot that the client inspects.
@@ -453,6 +457,49 @@ pub struct StoppedEvent {
     pub fault: FaultEvent,
     /// The number of faults of other robots in the same tick.
     pub others: usize,
+}
+
+/// The statement of a robot's script that is shown, or the end of that.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct SteppedEvent {
+    /// `None` after the run has left the statement.
+    pub at: Option<StatementDescription>,
+}
+
+/// A statement of a robot's script, before it begins.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct StatementDescription {
+    /// The tick of the run. The statement is in the tick that follows.
+    pub tick: u64,
+    /// The number of the robot.
+    pub robot: usize,
+    /// The number of the statement in the tick, from 0.
+    pub number: usize,
+    /// The number of statements that the robot begins in the tick.
+    pub count: usize,
+    pub place: FaultPlace,
+    /// The memory before the statement.
+    pub memory: MemoryDescription,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct BreakpointsEvent {
+    pub lines: Vec<BreakpointDescription>,
+}
+
+/// A line before which the run pauses.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct BreakpointDescription {
+    /// The name of the script.
+    pub script: String,
+    /// The line that the client asked for.
+    pub line: u32,
+    /// The next line with a statement; `None` if there is none.
+    pub at: Option<u32>,
 }
 
 /// The consequence of a fault for the script.

@@ -1,8 +1,10 @@
 //! Requests of a client.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Deserialize;
+
+use crate::stepping::StepTo;
 
 /// Texts of scripts and of the scenario by their names, relative to the folder of the scenario.
 pub type Texts = BTreeMap<String, String>;
@@ -72,6 +74,20 @@ pub enum Request {
     StopSeries,
     /// Sets whether the run pauses at a fault of a script.
     StopOnError { on: bool },
+    /// Shows the script of a robot before a statement, while the world waits.
+    Debug {
+        /// The number of the robot.
+        robot: usize,
+        to: StepTo,
+    },
+    /// Sets the lines of scripts before which the run pauses, in place of the earlier ones.
+    Breakpoints {
+        /// The lines of scripts, by the names of the scripts.
+        lines: BTreeMap<String, BTreeSet<u32>>,
+        /// The number of the only robot for which the run pauses; `None` stands for all.
+        #[serde(default)]
+        robot: Option<usize>,
+    },
     /// Requests all commands.
     Commands,
     /// Requests the session as a scenario.
@@ -174,8 +190,8 @@ impl Request {
     /// Returns true if the result depends on the tick of the run.
     pub fn is_about_now(&self) -> bool {
         use Request::{
-            Command, Commands, DeleteCommand, Digest, GoTo, Load, Play, Redo, Run, Scenario, Step,
-            Undo,
+            Command, Commands, Debug, DeleteCommand, Digest, GoTo, Load, Play, Redo, Run, Scenario,
+            Step, Undo,
         };
         matches!(
             self,
@@ -186,6 +202,7 @@ impl Request {
                 | Undo
                 | Redo
                 | DeleteCommand { .. }
+                | Debug { .. }
                 | Commands
                 | Scenario
                 | Run { .. }

@@ -56,6 +56,11 @@ impl Watch {
         }
     }
 
+    /// Forgets the messages since the last sample.
+    pub fn forget(&mut self) {
+        self.fates = Default::default();
+    }
+
     /// Returns the events that follow a sample.
     pub fn take(&mut self, run: &Simulation) -> Vec<PageEvent> {
         let (mut events, tick) = (Vec::new(), run.now());

@@ -13,6 +13,7 @@ mod faults;
 mod live;
 mod recorded;
 mod series;
+mod stepping;
 mod trials;
 mod watched;
 

@@ -197,11 +197,12 @@ impl SimRobot {
         self.state.news = news;
     }
 
-    /// Takes over the log, the events that observers have not read yet, and the battery of another
-    /// robot.
+    /// Takes over the log, the events that observers have not read yet, the watch on statements, and
+    /// the battery of another robot.
     pub fn adopt(&mut self, other: &mut Self) {
         self.state.memory.logged.append(&mut other.state.memory.logged);
         self.state.seen = other.state.seen.take();
+        self.state.watch = other.state.watch.take();
         let (memory, before) = (&mut self.state.memory, &other.state.memory);
         memory.battery_mv = before.battery_mv;
         if let (Some(autopilot), Some(before)) = (&mut memory.autopilot, &before.autopilot) {

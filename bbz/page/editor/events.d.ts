@@ -108,6 +108,22 @@ about?: AboutDescription,
  */
 stops_on_error?: boolean, };
 
+export type BreakpointDescription = { 
+/**
+ * The name of the script.
+ */
+script: string, 
+/**
+ * The line that the client asked for.
+ */
+line: number, 
+/**
+ * The next line with a statement; `null` if there is none.
+ */
+at: number | null, };
+
+export type BreakpointsEvent = { lines: Array<BreakpointDescription>, };
+
 export type Button = { 
 /**
  * The name of the global.
@@ -605,7 +621,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "attitudes" } & AttitudesEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "stepped" } & SteppedEvent | { "event": "breakpoints" } & BreakpointsEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "attitudes" } & AttitudesEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
@@ -759,7 +775,19 @@ quantities: Array<string>,
 /**
  * The numbers of the robots whose own values are in the events, too.
  */
-robots: Array<number>, } } | "stop_series" | { "stop_on_error": { on: boolean, } } | "commands" | "scenario" | { "script": { 
+robots: Array<number>, } } | "stop_series" | { "stop_on_error": { on: boolean, } } | { "debug": { 
+/**
+ * The number of the robot.
+ */
+robot: number, to: StepTo, } } | { "breakpoints": { 
+/**
+ * The lines of scripts, by the names of the scripts.
+ */
+lines: { [key in string]: Array<number> }, 
+/**
+ * The number of the only robot for which the run pauses; `null` stands for all.
+ */
+robot: number | null, } } | "commands" | "scenario" | { "script": { 
 /**
  * The path of the script relative to the folder of the scenario.
  */
@@ -1020,6 +1048,36 @@ rate: number | null,
  * True at the end of the run.
  */
 over: boolean, };
+
+export type StatementDescription = { 
+/**
+ * The tick of the run. The statement is in the tick that follows.
+ */
+tick: number, 
+/**
+ * The number of the robot.
+ */
+robot: number, 
+/**
+ * The number of the statement in the tick, from 0.
+ */
+number: number, 
+/**
+ * The number of statements that the robot begins in the tick.
+ */
+count: number, place: FaultPlace, 
+/**
+ * The memory before the statement.
+ */
+memory: MemoryDescription, };
+
+export type StepTo = "first" | "next" | "over" | "out" | "back" | "last" | { "at": number };
+
+export type SteppedEvent = { 
+/**
+ * `null` after the run has left the statement.
+ */
+at: StatementDescription | null, };
 
 export type StigmergyDescription = { number: number, entries: Array<EntryDescription>, };
 

@@ -5,6 +5,7 @@ import type { BeginEvent, ExpectationDescription, GroupDescription, PageEvent, R
 // Parts of index.html that are more than an HTMLElement.
 export interface Parts {
     "add-curve": HTMLSelectElement;
+    "break-chosen": HTMLInputElement;
     canvas: HTMLCanvasElement;
     color: HTMLSelectElement;
     explanation: HTMLDialogElement;
@@ -19,6 +20,7 @@ export interface Parts {
     rate: HTMLSelectElement;
     "run-on": HTMLSelectElement;
     "script-name": HTMLSelectElement;
+    "step-values": HTMLDetailsElement;
     "stop-on-error": HTMLInputElement;
     tilted: HTMLInputElement;
     time: HTMLInputElement;

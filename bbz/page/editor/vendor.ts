@@ -6,6 +6,8 @@ export {
 } from "@codemirror/language";
 export { lintGutter, lintKeymap, setDiagnostics } from "@codemirror/lint";
 export { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
-export { EditorState } from "@codemirror/state";
-export { drawSelection, EditorView, highlightActiveLine, highlightSpecialChars, keymap, lineNumbers } from "@codemirror/view";
+export { EditorState, RangeSet, StateEffect, StateField } from "@codemirror/state";
+export {
+    Decoration, drawSelection, EditorView, gutter, GutterMarker, highlightActiveLine, highlightSpecialChars, keymap, lineNumbers, WidgetType,
+} from "@codemirror/view";
 export { tags } from "@lezer/highlight";

@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 43] = [
+const ASSETS: [Asset; 46] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("about.js", SCRIPT),
@@ -49,6 +49,7 @@ const ASSETS: [Asset; 43] = [
     asset!("labels.js", SCRIPT),
     asset!("log.js", SCRIPT),
     asset!("main.js", SCRIPT),
+    asset!("marks.js", SCRIPT),
     asset!("memory.js", SCRIPT),
     asset!("notice.js", SCRIPT),
     asset!("obstacles.js", SCRIPT),
@@ -61,6 +62,8 @@ const ASSETS: [Asset; 43] = [
     asset!("scene.js", SCRIPT),
     asset!("seed.js", SCRIPT),
     asset!("session.js", SCRIPT),
+    asset!("statement.js", SCRIPT),
+    asset!("stepper.js", SCRIPT),
     asset!("table.js", SCRIPT),
     asset!("texts-en.js", SCRIPT),
     asset!("texts-fr.js", SCRIPT),

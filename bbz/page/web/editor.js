@@ -3,6 +3,8 @@
 import { buzz, completing } from "./buzz.js";
 import { element, inside, option, part, printable, save, write } from "./element.js";
 import { faultParts, markOf } from "./fault.js";
+import { Marks } from "./marks.js";
+import { statementMarks } from "./statement.js";
 import { texts } from "./texts.js";
 import {
     autocompletion, bracketMatching, closeBrackets, closeBracketsKeymap, completionKeymap, defaultKeymap, drawSelection, EditorState,
@@ -35,6 +37,10 @@ const theme = EditorView.theme({
     ".cm-tooltip, .cm-panels": { backgroundColor: "var(--panel)", color: "var(--text)", border: "1px solid var(--line)" },
     ".cm-tooltip-autocomplete > ul > li[aria-selected]": { backgroundColor: "var(--accent)", color: "var(--panel)" },
     ".cm-completionInfo": { maxWidth: "22rem" },
+    ".cm-breakpoints": { width: ".9rem" }, ".cm-breakpoints, .cm-breakpoints + .cm-lineNumbers": { cursor: "pointer" },
+    ".cm-breakpoint": { width: ".65rem", height: ".65rem", margin: ".3rem auto 0", border: "1px solid var(--faulted)", borderRadius: "50%", backgroundColor: "var(--faulted)" },
+    ".cm-statement": { backgroundColor: "var(--chosen)", boxShadow: "inset 3px 0 var(--mark)" },
+    ".cm-values": { marginLeft: "1.5rem", padding: "0 .35rem", borderRadius: ".2rem", backgroundColor: "var(--panel)", color: "var(--mark-text)" },
     ".cm-button, .cm-textfield": { backgroundImage: "none", backgroundColor: "var(--panel)", color: "var(--text)", borderColor: "var(--line)" },
 });
 
@@ -64,8 +70,9 @@ export class Editor {
      * @param {() => void} onRun
      * @param {() => void} onText
      * @param {() => number | null} chosen
+     * @param {() => number | null} number that of the chosen robot
      */
-    constructor(ask, onRun, onText, chosen) {
+    constructor(ask, onRun, onText, chosen, number) {
         this.ask = ask;
         this.onRun = onRun;
         this.onText = onText;
@@ -102,6 +109,9 @@ export class Editor {
         // Styles of the editor's packages get into a shadow tree without an exception from the page's policy.
         const root = part("text").attachShadow({ mode: "open" });
         this.view = new EditorView({ root, parent: root });
+        this.marks = new Marks(this, number);
+        // The text that is being loaded.
+        this.loading = "";
         part("script-name").addEventListener("change", () => this.open(part("script-name").value));
         part("run").addEventListener("click", () => this.run());
         part("load").addEventListener("click", () => this.load());
@@ -140,6 +150,7 @@ export class Editor {
             // The names that it may use may be others now. What is typed meanwhile stays.
             this.ask({ script: { name } });
         }
+        this.marks.begin(this.begun);
         this.unsaved = scripts?.unsaved ?? [];
         this.showUnsaved();
         for (const script of this.scripts.values()) {
@@ -287,6 +298,7 @@ export class Editor {
         this.check();
         this.onText();
         this.goToMark();
+        this.marks.shown();
     }
 
     // Shows a fault below the text and marks its place, in the script to which that belongs; `null`: no more.
@@ -379,18 +391,19 @@ export class Editor {
         return EditorState.create({
             doc,
             extensions: [
-                lineNumbers(), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
+                isScenario ? lineNumbers() : statementMarks(() => this.marks.send()), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
                 // Controls that turn the direction of text could show another script than the one that runs.
                 highlightSpecialChars({ addSpecialChars: /[\u202a-\u202e\u2066-\u2069]/g }),
                 highlightSelectionMatches(), lintGutter(), theme, syntaxHighlighting(colors), indentUnit.of("    "),
                 // A scenario has no names, but the extension: it looks for its state some time after a key, when another text may be shown.
-                ...(isScenario ? [] : [buzz]), autocompletion({ override: isScenario ? [] : [completing(() => this.shown?.words ?? [])] }),
+                ...(isScenario ? [] : [buzz, keymap.of([{ key: "F9", run: () => this.marks.toggle() }])]), autocompletion({ override: isScenario ? [] : [completing(() => this.shown?.words ?? [])] }),
                 keymap.of([
                     { key: "Mod-Enter", run, shift: load }, { key: "Mod-s", run: write }, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap,
                     ...historyKeymap, ...foldKeymap,
                     ...completionKeymap, ...lintKeymap,
                 ]),
-                EditorView.contentAttributes.of({ "aria-label": texts.scriptText }),
+                // axe-core does not know that an element in which one writes has the focus.
+                EditorView.contentAttributes.of({ "aria-label": texts.scriptText, tabindex: "0" }),
                 EditorView.updateListener.of(({ docChanged }) => docChanged && this.typed()),
             ],
         });
@@ -485,6 +498,7 @@ export class Editor {
             clearTimeout(this.timer);
             this.keepUnsaved();
             this.shown.sent.add(this.text);
+            this.loading = this.text;
             const chosen = part("run-on").value === "one" ? this.chosen() : null;
             const robots = chosen === null ? {} : { robots: [chosen] };
             this.ask({ load: { name: this.shown.name, text: this.text, ...robots, keep: part("keep").checked } });
@@ -492,7 +506,8 @@ export class Editor {
     }
 
     /** @param {RanEvent} event */
-    ran({ draft }) {
+    ran({ name, draft }) {
+        this.marks.ran(name, this.loading);
         write(part("script-status"), texts.ran(draft));
         this.showFault(null);
         this.onRun();
@@ -561,6 +576,7 @@ export class Editor {
         const before = part("run-on").value;
         part("run-on").replaceChildren(all, ...(id === null ? [] : [one]));
         part("run-on").value = id === null ? "all" : before || "all";
+        this.marks.chose();
     }
 
     // The compiler's messages. The text may have changed since: places are moved into it.

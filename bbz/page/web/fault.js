@@ -107,11 +107,12 @@ export function markOf(doc, fault, place) {
     return { from: at(place.column), to, severity: "error", source: fault.code, message: lines.join("\n") };
 }
 
+// Returns the number of the line of a place, or of the nearest equal one if lines were added or removed; `null` if the line has changed.
 /**
  * @param {Text} doc
- * @param {FaultPlace} place
+ * @param {{ line: number, text: string | null }} place
  */
-function lineOf(doc, { line, text }) {
+export function lineOf(doc, { line, text }) {
     for (let away = 0; away < doc.lines; away += 1) {
         for (const number of [line - away, line + away]) {
             if (number >= 1 && number <= doc.lines && (text === null || doc.line(number).text === text)) {

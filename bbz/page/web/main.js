@@ -16,6 +16,7 @@ import { FAILED, Robots } from "./recording.js";
 import { RobotPanel } from "./robot.js";
 import { withSeed } from "./seed.js";
 import { connect } from "./session.js";
+import { Stepper } from "./stepper.js";
 import { Table } from "./table.js";
 import { keepLanguage, language, NAMES, texts } from "./texts.js";
 import { TimeLine } from "./timeline.js";
@@ -31,7 +32,7 @@ import { View } from "./view.js";
 // Milliseconds that a pause may take without a word.
 const PAUSING = 80;
 // Requests that the page sends without an action of the user, or that change neither run nor texts: an answer to an action stays.
-const QUIET = ["inspect", "watch", "unsaved", "script", "explain"];
+const QUIET = ["inspect", "watch", "unsaved", "script", "explain", "breakpoints"];
 
 const RATES = [0.1, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 1000];
 
@@ -92,7 +93,8 @@ const ground = new Ground(command, ask, () => view.beginCut(), (seed) => {
 const controls = new Controls(command);
 const curves = new Curves(view, watch, goTo);
 const display = new DisplayOptions(view, curves, watch);
-const editor = new Editor(ask, () => state.plays || play(), () => showLights(), () => (view.chosen === null ? null : robots.ids[view.chosen]));
+const editor = new Editor(ask, () => state.plays || play(), () => showLights(), () => (view.chosen === null ? null : robots.ids[view.chosen]), () => view.chosen);
+const stepper = new Stepper(ask, () => view.chosen, (robot) => robots.ids[robot] ?? robot);
 const trials = new Trials(ask, () => editor.texts());
 const grading = new Grading(ask);
 const timeLine = new TimeLine(goTo);
@@ -172,6 +174,7 @@ const handlers = {
         display.sampled();
         controls.begin(begun.controls ?? []);
         part("stop-on-error").checked = begun.stops_on_error ?? false;
+        stepper.begin(begun);
         if (editor.begin(begun)) {
             // Texts that were typed earlier are offered there.
             tabs.show("script");
@@ -254,6 +257,19 @@ const handlers = {
             (isBusy ? markPlace : openPlace)(fault, place);
         }
         showStatus(texts.stoppedBy(robots.ids[fault.robot], fault.consequence === "contained", others), "error");
+    },
+    stepped({ at }) {
+        if (at) {
+            tabs.show("script");
+            if (at.robot !== view.chosen) {
+                select(at.robot);
+            }
+        }
+        stepper.show(at);
+        editor.marks.showStatement(at);
+    },
+    breakpoints(event) {
+        editor.marks.take(event);
     },
     expectation({ number, verdict, tick }) {
         Object.assign(world?.expectations[number] ?? {}, { verdict, tick });

@@ -95,20 +95,8 @@ impl<'a> Backtrace<'a> {
     }
 
     fn described_place(&self, position: u16) -> Option<FaultPlace> {
-        let (symbols, position) = (self.program.symbols?, u32::from(position));
-        let SourceSpan { file, line, column, end_line, end_column } = symbols.position(position)?;
-        let source = self.program.sources.source(file);
-        let text = source.as_deref().and_then(|text| text.lines().nth(index(line)));
-        Some(FaultPlace {
-            file: symbols.file(file)?.to_owned(),
-            line,
-            column,
-            end_line,
-            end_column,
-            function: symbols.function(position).map(|function| function.name.clone()),
-            text: text.filter(|line| line.len() <= WIDE_LINE).map(str::to_owned),
-            script: None,
-        })
+        let span = self.program.symbols?.position(position.into())?;
+        FaultPlace::new(self.program, position.into(), span)
     }
 
     /// Returns place, source line and calls for a message.

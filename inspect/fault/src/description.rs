@@ -1,6 +1,10 @@
 //! A run-time error as data, for pages.
 
+use bittybuzz_compiler::render::WIDE_LINE;
+use bittybuzz_compiler::symbols::SourceSpan;
 use serde::Serialize;
+
+use crate::program::KnownProgram;
 
 /// A run-time error in words, with its place, values and calls.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -47,4 +51,25 @@ pub struct FaultPlace {
     pub text: Option<String>,
     /// The name of the script in the client's editor; `None` if the client cannot edit it.
     pub script: Option<String>,
+}
+
+impl FaultPlace {
+    /// Returns the place of the code at a position, whose source is known; `None` without symbols.
+    pub fn new(program: KnownProgram<'_>, position: u32, source: SourceSpan) -> Option<FaultPlace> {
+        let symbols = program.symbols?;
+        let SourceSpan { file, line, column, end_line, end_column } = source;
+        let known = program.sources.source(file);
+        let index = usize::try_from(line.saturating_sub(1)).ok()?;
+        let text = known.as_deref().and_then(|text| text.lines().nth(index));
+        Some(FaultPlace {
+            file: symbols.file(file)?.to_owned(),
+            line,
+            column,
+            end_line,
+            end_column,
+            function: symbols.function(position).map(|function| function.name.clone()),
+            text: text.filter(|line| line.len() <= WIDE_LINE).map(str::to_owned),
+            script: None,
+        })
+    }
 }

@@ -5,7 +5,6 @@
 //! watch. A debugger simulates a tick of a copy of the run as often as it wants to look into it,
 //! and its position is the tick and the number of the statement.
 
-use std::collections::BTreeSet;
 use std::mem;
 use std::sync::Arc;
 
@@ -22,8 +21,6 @@ use super::checker::TextMeter;
 pub enum WatchStop {
     /// The statement with that number in the tick, which is kept with the content of the machine.
     Number(usize, Limits),
-    /// The first statement that begins at one of these positions in the code.
-    At(Arc<BTreeSet<u32>>),
     /// None: all statements are listed.
     Never,
 }
@@ -90,7 +87,6 @@ impl Watch {
                 self.seen.content = Some(Arc::new(content));
                 self.is_found = true;
             }
-            WatchStop::At(positions) => self.is_found = positions.contains(&position),
             WatchStop::Number(..) | WatchStop::Never => {}
         }
     }
