@@ -17,7 +17,7 @@ use bittybuzz_vm_core::{
 
 use crate::engine::{Digest, Io, LossCause};
 
-use super::checks::RunSlice;
+use super::checks::{RunSlice, TextMeter};
 use super::content::{ScriptNumber, VariableContent, content, value};
 use super::context::{GroupContext, KeptImage};
 use super::overruns::Overrun;
@@ -244,23 +244,24 @@ where
             let is_running = platform.state.is_running || vm.begin(entry);
             let outcome = if !is_running {
                 Outcome::Done
-            } else if let Some(mut checker) = platform.state.checker.take() {
-                let is_step = stage == ScriptStage::Step;
-                let slice = RunSlice { budget, tick: platform.io.now, is_step };
-                let (context, mut watch) =
-                    (platform.state.context.clone(), platform.state.watch.take());
-                let watched = watch.as_deref_mut().map(|watch| (watch, &*context));
-                let outcome = checker.run_watched(vm, &mut platform, slice, watched);
-                platform.state.checker = Some(checker);
-                platform.state.watch = watch;
-                outcome
-            } else if let Some(mut watch) = platform.state.watch.take() {
-                let context = platform.state.context.clone();
-                let outcome = watch.run(&context, vm, &mut platform, budget);
-                platform.state.watch = Some(watch);
-                outcome
             } else {
-                vm.run(&mut platform, budget)
+                let (mut checker, mut watch) =
+                    (platform.state.checker.take(), platform.state.watch.take());
+                let context = watch.is_some().then(|| platform.state.context.clone());
+                let now = platform.io.now;
+                let mut host = TextMeter::new(&mut platform);
+                let watched = watch.as_deref_mut().zip(context.as_deref());
+                let outcome = match (&mut checker, watched) {
+                    (Some(checker), watched) => {
+                        let is_step = stage == ScriptStage::Step;
+                        let slice = RunSlice { budget, tick: now, is_step };
+                        checker.run_watched(vm, &mut host, slice, watched)
+                    }
+                    (None, Some((watch, context))) => watch.run(context, vm, &mut host, budget),
+                    (None, None) => vm.run(&mut host, budget),
+                };
+                (platform.state.checker, platform.state.watch) = (checker, watch);
+                outcome
             };
             let Platform { io, state, .. } = &mut platform;
             match outcome {

@@ -72,21 +72,21 @@ impl MachineChecker {
         host: &mut H,
         slice: RunSlice,
     ) -> Outcome {
-        self.run_watched(vm, host, slice, None)
+        self.run_watched(vm, &mut TextMeter::new(host), slice, None)
     }
 
     /// Runs the machine as [`run`](Self::run) does, with a watch that reads the same instructions.
     pub(crate) fn run_watched<P: Profile, C: ByteCode, H: Host<P>, const SLOTS: usize>(
         &mut self,
         vm: &mut Vm<P, C, SLOTS>,
-        host: &mut H,
+        host: &mut TextMeter<'_, H>,
         slice: RunSlice,
         mut watch: Option<(&mut Watch, &GroupContext)>,
     ) -> Outcome {
         if slice.budget == 0 {
             return vm.run(host, 0);
         }
-        let mut host = TextMeter { host, work: 0 };
+        host.work = 0;
         let at = RobotMoment { tick: slice.tick, robot: self.robot };
         let mut budget = slice.budget;
         let mut next = vm.next_instruction();
@@ -97,7 +97,7 @@ impl MachineChecker {
             }
             let upcoming = next.and_then(|next| Upcoming::from_instruction(vm, &next));
             let case = self.costs.as_ref().map(|costs| costs.case(vm, next.as_ref()));
-            let outcome = vm.run(&mut host, 1);
+            let outcome = vm.run(host, 1);
             if let (Some(upcoming), Some(next)) = (upcoming, next)
                 && let Some((anomaly, exact, result)) = upcoming.judge(vm)
             {
@@ -168,11 +168,19 @@ impl MachineChecker {
     }
 }
 
-/// A host that counts the work on text.
-pub(super) struct TextMeter<'a, H> {
-    pub host: &'a mut H,
+/// A host that counts the work on text. Machines that are not checked have the same host, so that the
+/// program contains their code once.
+pub(crate) struct TextMeter<'a, H> {
+    host: &'a mut H,
     /// The work since the last read, as the number of instructions that take the same time.
-    pub work: u16,
+    pub(super) work: u16,
+}
+
+impl<'a, H> TextMeter<'a, H> {
+    /// Returns a host that has not worked yet.
+    pub fn new(host: &'a mut H) -> Self {
+        TextMeter { host, work: 0 }
+    }
 }
 
 impl<P: Profile, H: Host<P>> Host<P> for TextMeter<'_, H> {

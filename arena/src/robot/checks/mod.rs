@@ -26,6 +26,7 @@ mod findings;
 mod operation;
 mod watch;
 
+pub(crate) use checker::TextMeter;
 pub use checker::{MachineChecker, RunSlice};
 pub use costs::Costs;
 pub use findings::{FailedOperation, Findings, Occurrences, Peak, RobotMoment, StepCosts};

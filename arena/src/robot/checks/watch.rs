@@ -93,20 +93,20 @@ impl Watch {
 
     /// Runs the machine as [`Vm::run`] would, and ends at the same instruction. Only the budget may
     /// limit the slice, as for a script that is checked.
-    pub fn run<P: Profile, C: ByteCode, H: Host<P>, const SLOTS: usize>(
+    pub(crate) fn run<P: Profile, C: ByteCode, H: Host<P>, const SLOTS: usize>(
         &mut self,
         context: &GroupContext,
         vm: &mut Vm<P, C, SLOTS>,
-        host: &mut H,
+        host: &mut TextMeter<'_, H>,
         mut budget: u16,
     ) -> Outcome {
         if budget == 0 {
             return vm.run(host, 0);
         }
-        let mut host = TextMeter { host, work: 0 };
+        host.work = 0;
         loop {
             self.see(context, vm);
-            let outcome = vm.run(&mut host, 1);
+            let outcome = vm.run(host, 1);
             budget = budget.saturating_sub(1).saturating_sub(mem::take(&mut host.work));
             if outcome != Outcome::Pending || budget == 0 {
                 return outcome;
