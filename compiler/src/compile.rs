@@ -35,14 +35,14 @@ pub struct Options {
 }
 
 impl Options {
-    fn effective_profile(&self) -> NumberProfile {
+    pub(crate) fn effective_profile(&self) -> NumberProfile {
         let of_robot = self.robot.as_ref().map(|robot| robot.profile);
         self.profile.or(of_robot).unwrap_or(NumberProfile::Full)
     }
 
     /// Returns the profile for which operations on constants are checked. A script for any robot
     /// may run on one with small numbers, so its operations are checked for `tiny`.
-    fn arithmetic(&self) -> NumberProfile {
+    pub(crate) fn arithmetic(&self) -> NumberProfile {
         match (self.profile, &self.robot) {
             (None, None) => NumberProfile::Tiny,
             _ => self.effective_profile(),
@@ -190,7 +190,8 @@ fn function_name(generated: &Generated, number: u16) -> String {
     }
 }
 
-fn make_symbols(
+/// Returns the symbols of an image.
+pub(crate) fn make_symbols(
     generated: &Generated,
     image: &CompiledImage,
     sources: &SourceMap,

@@ -51,8 +51,50 @@ pub(crate) fn load_text(main: &Path, text: String, loader: &IncludeLoader) -> Lo
         seen: loader.files.canonical(main).into_iter().collect(),
     };
     let file = loading.sources.add(main, text);
-    let tokens = loading.expand(file);
+    let lexed = loading.lex(file);
+    let tokens = expand(lexed, |name, span| {
+        let file = loading.include(name, span)?;
+        Some(loading.lex(file))
+    });
     Loaded { tokens, sources: loading.sources, diagnostics: loading.diagnostics }
+}
+
+/// Takes a script and everything that it includes from memory, where [`load_text`] or [`load_file`]
+/// has put them.
+pub(crate) fn load_again(sources: SourceMap) -> Loaded {
+    let mut diagnostics = Vec::new();
+    let mut lexed = |file| lex(file, &sources.file(file).text, &mut diagnostics).into_iter();
+    let main = lexed(FileId::default());
+    let tokens = expand(main, |_, span| sources.included_at(span).map(&mut lexed));
+    Loaded { tokens, sources, diagnostics }
+}
+
+/// Returns the tokens of a script, in which those of an included file replace its include. `include`
+/// returns the tokens of the file that the include at a place names, unless it was read before.
+fn expand(
+    main: std::vec::IntoIter<Token>,
+    mut include: impl FnMut(&Path, Span) -> Option<std::vec::IntoIter<Token>>,
+) -> Vec<Token> {
+    let mut tokens = Vec::new();
+    // The stack is explicit, because a long chain of includes must not overflow the thread's stack.
+    let mut open = vec![main];
+    while let Some(current) = open.last_mut() {
+        let Some(token) = current.next() else {
+            open.pop();
+            continue;
+        };
+        let TokenKind::Include(path) = &token.kind else {
+            tokens.push(token);
+            continue;
+        };
+        let included = include(Path::new(path), token.span);
+        tokens.push(Token { kind: TokenKind::FileStart, ..token.clone() });
+        match included {
+            Some(file) => open.push(file),
+            None => tokens.push(Token { kind: TokenKind::FileEnd, ..token }),
+        }
+    }
+    tokens
 }
 
 /// Returns an empty script with an error, for a script that cannot be read.
@@ -131,31 +173,6 @@ impl Loading<'_> {
         lex(file, &self.sources.file(file).text, &mut self.diagnostics).into_iter()
     }
 
-    /// Returns the tokens of `file`, in which the tokens of an included file replace its include.
-    fn expand(&mut self, file: FileId) -> Vec<Token> {
-        let mut tokens = Vec::new();
-        // The stack is explicit, because a long chain of includes must not overflow the thread's
-        // stack.
-        let mut open = vec![self.lex(file)];
-        while let Some(current) = open.last_mut() {
-            let Some(token) = current.next() else {
-                open.pop();
-                continue;
-            };
-            let TokenKind::Include(path) = &token.kind else {
-                tokens.push(token);
-                continue;
-            };
-            let included = self.include(Path::new(path), token.span);
-            tokens.push(Token { kind: TokenKind::FileStart, ..token.clone() });
-            match included {
-                Some(file) => open.push(self.lex(file)),
-                None => tokens.push(Token { kind: TokenKind::FileEnd, ..token }),
-            }
-        }
-        tokens
-    }
-
     /// Reads the file that the include at `span` names, unless it was read before.
     fn include(&mut self, name: &Path, span: Span) -> Option<FileId> {
         let including = self.sources.path(span.file).to_owned();
@@ -192,7 +209,7 @@ impl Loading<'_> {
             return None;
         }
         match text {
-            Ok(text) => Some(self.sources.add(path, text)),
+            Ok(text) => Some(self.sources.add_included(path, text, span)),
             Err((problem, _)) => {
                 self.diagnostics.push(problem.diagnostic(&path, span));
                 None

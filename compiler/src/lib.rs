@@ -25,6 +25,7 @@ pub mod limits;
 pub mod messages;
 pub mod parser;
 pub mod profile;
+pub mod question;
 pub mod refusal;
 pub mod render;
 pub mod source;

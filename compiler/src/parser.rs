@@ -4,6 +4,7 @@
 //! their closing bracket. The statement list catches all other errors and continues at the next
 //! statement. Therefore one mistake gives one message, and one run finds many mistakes.
 
+mod alone;
 mod brackets;
 mod consequences;
 mod expression;
@@ -23,10 +24,11 @@ use std::path::Path;
 use crate::ast::{Expr, ExprKind, Script};
 use crate::codes::DiagnosticCode;
 use crate::diagnostic::Diagnostic;
-use crate::include::{IncludeLoader, Loaded, load_file, load_text};
+use crate::include::{IncludeLoader, Loaded, load_again, load_file, load_text};
 use crate::source::{SourceMap, Span};
 use crate::steps;
 use crate::token::{FixedToken, Token, TokenKind, hash_tokens};
+pub use alone::{Alone, parse_alone};
 use brackets::Brackets;
 pub use hidden::Hidden;
 
@@ -68,6 +70,11 @@ pub fn parse(main: &Path, text: String, loader: &IncludeLoader) -> Parsed {
 /// Reads and parses the script at `main`.
 pub fn parse_file(main: &Path, loader: &IncludeLoader) -> Parsed {
     parse_loaded(load_file(main, loader))
+}
+
+/// Parses a script again, with everything that it includes.
+pub fn parse_again(sources: SourceMap) -> Parsed {
+    parse_loaded(load_again(sources))
 }
 
 fn parse_loaded(loaded: Loaded) -> Parsed {

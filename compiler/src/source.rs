@@ -40,6 +40,8 @@ pub struct SourceFile {
     /// of an include.
     pub path: PathBuf,
     pub text: String,
+    /// The place of the `include` that the file replaces; `None` for the main script.
+    pub(crate) include: Option<Span>,
     pub(crate) layout: Layout,
 }
 
@@ -53,8 +55,21 @@ impl SourceMap {
     /// Adds a file and returns its number.
     pub fn add(&mut self, path: impl Into<PathBuf>, text: String) -> FileId {
         let layout = Layout::new(&text);
-        self.files.push(SourceFile { path: path.into(), text, layout });
+        self.files.push(SourceFile { path: path.into(), text, include: None, layout });
         FileId(self.files.len() as u32 - 1)
+    }
+
+    /// Adds the file that replaces an `include`, and returns its number.
+    pub(crate) fn add_included(&mut self, path: PathBuf, text: String, include: Span) -> FileId {
+        let file = self.add(path, text);
+        self.files[file.0 as usize].include = Some(include);
+        file
+    }
+
+    /// Returns the file that replaces an `include`; `None` if the file was included before.
+    pub(crate) fn included_at(&self, include: Span) -> Option<FileId> {
+        let found = self.files().find(|(_, file)| file.include == Some(include));
+        found.map(|(id, _)| id)
     }
 
     /// Returns the file with that number.

@@ -11,8 +11,11 @@ use bittybuzz_vm_core::builtin;
 /// The strings of a script and their numbers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StringTable {
-    /// The strings that are not the machine's own, sorted.
+    /// The strings that are not the machine's own: those of the source, sorted, then those that were
+    /// added.
     script: Vec<String>,
+    /// The number of strings of the source.
+    sorted: usize,
 }
 
 impl StringTable {
@@ -20,7 +23,16 @@ impl StringTable {
     pub fn new<'a>(strings: impl IntoIterator<Item = &'a str>) -> Self {
         let unique: BTreeSet<&str> =
             strings.into_iter().filter(|s| own_number(s).is_none()).collect();
-        StringTable { script: unique.into_iter().map(str::to_owned).collect() }
+        let script: Vec<String> = unique.into_iter().map(str::to_owned).collect();
+        StringTable { sorted: script.len(), script }
+    }
+
+    /// Returns the number of a string. A string that is not in the table is added after all others.
+    pub fn number_or_add(&mut self, text: &str) -> usize {
+        self.number(text).unwrap_or_else(|| {
+            self.script.push(text.to_owned());
+            usize::from(builtin::string::COUNT) + self.script.len() - 1
+        })
     }
 
     /// Returns the strings that are not the machine's own, in the order of their numbers.
@@ -34,7 +46,11 @@ impl StringTable {
         if let Some(number) = own_number(text) {
             return Some(number);
         }
-        let index = self.script.binary_search_by(|s| s.as_str().cmp(text)).ok()?;
+        let (sorted, added) = self.script.split_at(self.sorted);
+        let index = match sorted.binary_search_by(|s| s.as_str().cmp(text)) {
+            Ok(index) => index,
+            Err(_) => self.sorted + added.iter().position(|s| s == text)?,
+        };
         Some(usize::from(builtin::string::COUNT) + index)
     }
 

@@ -365,6 +365,15 @@ impl ImageHeader {
         self.functions_at() + 2 * self.functions()
     }
 
+    /// Returns true if values may name strings, robot functions or functions of this image that `known`
+    /// does not have, whose functions are the first of this one. The first function after them has no
+    /// name.
+    pub fn names_more_than(&self, known: &Self) -> bool {
+        self.functions() > known.functions() + 1
+            || self.strings() != known.strings()
+            || self.imports() != known.imports()
+    }
+
     /// Returns the function of an entry.
     pub fn entry(&self, entry: Entry) -> EntryPoint {
         let [init, step, reset, destroy, ..] = self.counts;

@@ -89,6 +89,20 @@ pub fn check<'a>(
     Checked { program, meanings, diagnostics }
 }
 
+/// Checks the functions that were added to a script which was checked before. The result has the
+/// diagnostics of the script, too.
+pub fn check_added(
+    program: &ResolvedScript,
+    meanings: &Meanings<'_>,
+    profile: NumberProfile,
+    arithmetic: NumberProfile,
+) -> Vec<Diagnostic> {
+    let mut diagnostics = walk::check_expressions(program, meanings, profile);
+    diagnostics.extend(arguments::check_arguments(program, meanings));
+    diagnostics.extend(overflow::check_overflow(program, arithmetic));
+    diagnostics
+}
+
 /// Marks the creators of lambdas that use `self`: a lambda takes its self from the function that
 /// creates it, which therefore needs its own.
 fn pass_self_on(program: &mut ResolvedScript, meanings: &Meanings<'_>) {

@@ -141,6 +141,20 @@ impl<'a> Meanings<'a> {
         meanings
     }
 
+    /// Finds the meaning of the names and functions that were added to a script. Those of the script
+    /// keep theirs. `log` is a name that stands for the built-in function.
+    pub fn extend(&mut self, program: &ResolvedScript, log: NameId) {
+        let names = program.names.iter().enumerate().skip(self.names.len());
+        let more = names.map(|(number, name)| match NameId(number) == log {
+            true => Meaning::Builtin(builtin::LOG),
+            false => self.offered(&name.text),
+        });
+        let more: Vec<Meaning> = more.collect();
+        self.names.extend(more);
+        let functions = program.functions.iter().skip(self.self_is_nil.len());
+        self.self_is_nil.extend(functions.map(|function| function.name.is_some()));
+    }
+
     /// Returns the library of the objects that a global holds, if the global holds nothing else.
     pub fn object(&self, name: NameId) -> Option<Library> {
         self.objects.get(&name).copied()

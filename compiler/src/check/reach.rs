@@ -26,6 +26,7 @@ pub fn running(program: &ResolvedScript) -> BTreeSet<FunctionId> {
     }
     let mut reach = Reach::new(program);
     reach.waiting.push(FunctionId::GLOBAL);
+    reach.waiting.extend(&program.added);
     ENTRIES.iter().filter_map(|entry| program.find_name(entry)).for_each(|name| reach.name(name));
     reach.finish()
 }

@@ -39,6 +39,17 @@ pub fn resolve(script: &ast::Script) -> (ResolvedScript, Vec<Diagnostic>) {
     (resolver.program, resolver.diagnostics)
 }
 
+/// Adds a function to a script that is already resolved. The names, functions and locals that are known
+/// keep their numbers.
+pub fn add(program: &mut ResolvedScript, name: &str, function: &ast::Function) -> Vec<Diagnostic> {
+    let (contexts, diagnostics) = (Vec::new(), Vec::new());
+    let mut resolver = Resolver { program: std::mem::take(program), contexts, diagnostics };
+    let id = resolver.new_function(Some(name.to_owned()), function, None);
+    resolver.program.added.push(id);
+    *program = resolver.program;
+    resolver.diagnostics
+}
+
 /// The state of one function while its body is resolved.
 struct Context {
     function: FunctionId,

@@ -43,6 +43,8 @@ pub struct ResolvedScript {
     pub hidden: Hidden,
     /// The tables that the robot fills.
     pub host: HostTables,
+    /// The functions that were added to a script that already runs.
+    pub added: Vec<FunctionId>,
     numbers: HashMap<String, NameId>,
 }
 

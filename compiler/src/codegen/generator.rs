@@ -66,8 +66,10 @@ impl Generator<'_> {
         operand(number)
     }
 
-    pub fn string(&self, text: &str) -> i32 {
-        operand(self.strings.number(text).expect("the table holds all strings of the source"))
+    /// Returns the number of a string. All strings of the source are in the table; one of an added
+    /// function may be new.
+    pub fn string(&mut self, text: &str) -> i32 {
+        operand(self.strings.number_or_add(text))
     }
 
     pub fn global(&self, name: NameId) -> i32 {

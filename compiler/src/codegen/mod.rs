@@ -33,11 +33,13 @@ mod locals;
 mod operands;
 mod own_strings;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::iter;
 
-use bittybuzz_vm_core::builtin::{self, Feature};
+use bittybuzz_vm_core::builtin::{self, Feature, Library};
 use bittybuzz_vm_core::hash::name_hash;
-use bittybuzz_vm_core::image::EntryPoint;
+use bittybuzz_vm_core::image::{ALL_CLASSES, EntryPoint};
 
 use crate::asm::{AsmError, AsmErrorKind, FunctionCode};
 use crate::check::names::Meanings;
@@ -70,6 +72,8 @@ pub struct Generated {
     pub first_uses: Vec<Span>,
     /// Names of the imported robot functions, by number.
     pub imports: Vec<String>,
+    /// Libraries whose members the machine may have to find by name.
+    pub libraries: BTreeSet<Library>,
 }
 
 /// A function in the source.
@@ -86,9 +90,30 @@ const NETWORK: u8 = Feature::Neighbors as u8 | Feature::Swarm as u8 | Feature::S
 /// The name under which the global code appears among the functions.
 pub const GLOBAL_CODE: &str = "global code";
 
+/// Functions that are added to a script which already runs.
+pub struct AddedFunctions {
+    /// The script with these functions. Names and functions of the script have their numbers.
+    pub program: ResolvedScript,
+    /// The strings in their source.
+    pub strings: BTreeSet<String>,
+}
+
 /// Generates code for a program without errors. `strings` are all strings of the source.
 pub fn generate(
+    program: ResolvedScript,
+    meanings: &Meanings<'_>,
+    profile: NumberProfile,
+    strings: &BTreeSet<String>,
+    stigmergies: &StigmergyNumbers,
+) -> Result<Generated, Vec<Diagnostic>> {
+    generate_with(program, None, meanings, profile, strings, stigmergies)
+}
+
+/// Generates code as [`generate`] does, and appends functions. The functions of the script have the
+/// same code as without them, and all numbers remain: of functions, globals, strings and imports.
+pub fn generate_with(
     mut program: ResolvedScript,
+    added: Option<AddedFunctions>,
     meanings: &Meanings<'_>,
     profile: NumberProfile,
     strings: &BTreeSet<String>,
@@ -106,12 +131,21 @@ pub fn generate(
     let sending = sent.features(&classes);
     fold::fold(&mut program, meanings, profile);
     let globals = globals::number(&program, meanings);
+    let first_uses = first_uses(&program, &globals);
+    let (mut mentioned, mut more) = (Cow::Borrowed(strings), Vec::new());
+    if let Some(added) = added {
+        mentioned.to_mut().extend(added.strings);
+        program = added.program;
+        fold::fold(&mut program, meanings, profile);
+        more.clone_from(&program.added);
+    }
+    let mut more = more.into_iter();
     let mut generator = Generator {
         program: &program,
         meanings,
         profile,
         strings: table,
-        mentioned: strings,
+        mentioned: &mentioned,
         globals: globals.iter().enumerate().map(|(number, id)| (*id, number)).collect(),
         functions: vec![FunctionId::GLOBAL],
         numbers: BTreeMap::from([(FunctionId::GLOBAL, 0)]),
@@ -131,7 +165,12 @@ pub fn generate(
     loop {
         let Some(id) = generator.functions.get(codes.len()).copied() else {
             // The function that fills tables comes last, and all others keep their numbers.
-            let Some(id) = filling.take() else { break };
+            let Some(id) = filling.take() else {
+                // Each that was added comes after all of the script and of those before it.
+                let Some(id) = more.next() else { break };
+                generator.function(id);
+                continue;
+            };
             let step = EntryPoint::Function(generator.function(id) as u16);
             let places = ENTRIES.iter().zip(&mut entries);
             let entry = places.into_iter().find(|(name, _)| **name == "step");
@@ -160,6 +199,12 @@ pub fn generate(
         classes = Vec::new();
     } else {
         generator.features |= sending;
+    }
+    // The rows after the first are in descending order of the strings. Nothing is known about the
+    // values that are sent under added ones.
+    if !classes.is_empty() {
+        let new = generator.strings.script().len() + 1 - classes.len();
+        classes.splice(1..1, iter::repeat_n(ALL_CLASSES, new));
     }
     let has_stigmergies = generator.features & Feature::Stigmergy as u8 != 0;
     let text = generator.features & Feature::Strings as u8 != 0;
@@ -190,7 +235,8 @@ pub fn generate(
         locals,
         statements,
         globals: globals.iter().map(|id| program.name(*id).text.clone()).collect(),
-        first_uses: first_uses(&program, &globals),
+        first_uses,
+        libraries: generator.libraries,
         imports: generator.imports,
     })
 }

@@ -20,6 +20,7 @@ mod machine;
 mod messages;
 mod mutants;
 mod parts;
+mod questions;
 mod random_scripts;
 mod robots;
 mod scripts;

@@ -25,6 +25,7 @@ mod interpret;
 mod iterate;
 mod library;
 mod network;
+mod question;
 mod slow;
 mod text;
 
