@@ -44,6 +44,7 @@ mod numbers;
 mod observer;
 mod pictures;
 mod post_mortems;
+mod questions;
 mod recording;
 mod robots;
 mod scenario_document;

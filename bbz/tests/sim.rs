@@ -146,6 +146,35 @@ fn a_script_that_an_event_loads_has_its_own_names_and_lines() {
 }
 
 #[test]
+fn questions_of_events_are_logged_and_their_errors_reported() {
+    let folder = folder("sim_questions");
+    folder.write(
+        "s.bzz",
+        "n = 0\nfunction add(x) { return n + x }\nfunction step() { n = add(1) }\n",
+    );
+    let scenario = std::fs::read_to_string(folder.path("s.toml")).unwrap();
+    let question =
+        |at, robots, text| format!("\n[[event]]\nat = {at}\nrobots = {robots}\nask = '{text}'\n");
+    let questions = question(1.0, "[0, 2]", "add(1) * 2") + &question(1.5, "1", "add({})");
+    folder.write("s.toml", &(scenario.clone() + &questions));
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert_eq!(outcome.status, Some(1));
+    for line in ["     1.0     0  add(1) * 2 = 20\n", "     1.0     2  add(1) * 2 = 20\n"] {
+        assert!(outcome.stdout.contains(line), "{line}: {}", outcome.stdout);
+    }
+    assert!(outcome.stdout.contains("     1.5     1  add({}): ended by an error\n"));
+    outcome.reports(&[
+        "error[R0001]",
+        "--> s.bzz:2:",
+        "a question to robot 1, or its listener or handler, ended at 1.5 s",
+    ]);
+    folder.write("s.toml", &(scenario + &question(1.0, "[0, 2]", "ad(1)")));
+    let outcome = folder.bbz(&["sim", "s.toml"]);
+    assert_eq!(outcome.status, Some(2));
+    outcome.reports(&["there is no function `ad`; did you mean `add`?", "ask = 'ad(1)'"]);
+}
+
+#[test]
 fn an_error_in_a_listener_is_status_1_unless_it_is_expected() {
     let folder = folder("sim_contained");
     folder.write(

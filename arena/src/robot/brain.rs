@@ -15,10 +15,11 @@ use super::clock::ScriptClock;
 use super::content::{ScriptNumber, VariableContent};
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultRecord};
-use super::log::{LogLine, News, Piece};
+use super::log::{LineKind, LogLine, News, Piece};
 use super::machine::{self, Machine};
 use super::model::RobotModel;
 use super::overruns::Overrun;
+use super::question::{Answer, Question};
 use super::seen::{Interest, SeenEvent};
 use super::state::{PendingSetting, RobotContext, ScriptStage};
 
@@ -98,7 +99,19 @@ impl SimRobot {
 
     /// Stores a line that the firmware reports its script to have logged.
     pub fn has_logged(&mut self, tick: u64, pieces: Vec<Piece>) {
-        self.state.log(LogLine { tick, program: self.state.context.program, pieces });
+        let (program, kind) = (self.state.context.program, LineKind::Logged);
+        self.state.log(LogLine { tick, program, pieces, kind });
+    }
+
+    /// Evaluates a question after the step, if one is running.
+    pub fn ask(&mut self, question: Question) {
+        self.state.questions.push(question);
+    }
+
+    /// Answers a question now.
+    pub fn answer(&mut self, text: &str, tick: u64, answer: Answer) {
+        let line = answer.line(text, tick, self.state.context.program);
+        self.state.log(line);
     }
 
     /// Counts a completed step that the firmware reports. After a fault, the step shows that the
@@ -197,12 +210,13 @@ impl SimRobot {
         self.state.news = news;
     }
 
-    /// Takes over the log, the events that observers have not read yet, the watch on statements, and
-    /// the battery of another robot.
+    /// Takes over the log, the events that observers have not read yet, the watch on statements, the
+    /// questions that wait, and the battery of another robot.
     pub fn adopt(&mut self, other: &mut Self) {
         self.state.memory.logged.append(&mut other.state.memory.logged);
         self.state.seen = other.state.seen.take();
         self.state.watch = other.state.watch.take();
+        self.state.questions.append(&mut other.state.questions);
         let (memory, before) = (&mut self.state.memory, &other.state.memory);
         memory.battery_mv = before.battery_mv;
         if let (Some(autopilot), Some(before)) = (&mut memory.autopilot, &before.autopilot) {

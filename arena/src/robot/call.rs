@@ -5,7 +5,7 @@ use std::fmt::Debug;
 
 use crate::engine::{Digest, Io, Stream};
 
-use super::log::{LogLine, Piece};
+use super::log::{LineKind, LogLine, Piece};
 use super::program::ProgramId;
 
 /// The effect of a robot function. Arguments are checked before, as on the robot.
@@ -195,6 +195,6 @@ impl RobotCall<'_, '_> {
 
     fn add_line(&mut self, pieces: Vec<Piece>) {
         let (tick, program) = (self.io.now, self.memory.program);
-        self.memory.logged.push(LogLine { tick, program, pieces });
+        self.memory.logged.push(LogLine { tick, program, pieces, kind: LineKind::Logged });
     }
 }

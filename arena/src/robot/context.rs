@@ -31,10 +31,14 @@ pub type KeptImage = FlashArea<'static, IMAGE_BYTES>;
 /// A program of a group's robots, with the parameters of their machine and their functions.
 pub struct GroupContext {
     pub program: ProgramId,
+    /// The program without the questions at its end.
+    pub script: ProgramId,
     /// Profile of the machine.
     pub profile: NumberProfile,
     /// The image of the script.
     pub image: KeptImage,
+    /// The image of the script without the questions at its end.
+    pub origin: KeptImage,
     /// The names of the script, if they are known.
     pub symbols: Option<Arc<Symbols>>,
     /// Slots of the machine for the script.
@@ -84,8 +88,10 @@ impl GroupContext {
         let vm = &robot.vm;
         GroupContext {
             program,
+            script: program,
             profile: robot.profile,
             image: kept(image),
+            origin: kept(image),
             symbols,
             slots: vm.slots as usize,
             sizes: robot.sizes(),
@@ -104,6 +110,18 @@ impl GroupContext {
             robot: Arc::clone(robot),
             functions,
         }
+    }
+
+    /// Returns the context of robots whose program has a question at the end of that of `base`.
+    #[must_use]
+    pub fn extending(self, base: &Self) -> Self {
+        GroupContext { script: base.script, origin: base.origin, ..self }
+    }
+
+    /// Returns true if the program is that of `base` with questions at its end.
+    pub fn extends(&self, base: &Self) -> bool {
+        // Equal images are kept once.
+        std::ptr::eq(self.origin.image(), base.image.image())
     }
 
     /// Converts the distances of neighbors to mm, which are in the unit of another host in some

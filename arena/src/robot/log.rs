@@ -18,6 +18,20 @@ pub struct LogLine {
     pub program: ProgramId,
     /// Values, which are printed without separators.
     pub pieces: Vec<Piece>,
+    pub kind: LineKind,
+}
+
+/// The origin of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LineKind {
+    /// The script or a function of the robot.
+    Logged,
+    /// The answer to a question.
+    Answer,
+    /// A question that has no answer, with the reason.
+    NoAnswer,
+    /// A question that an error has ended: the last fault of the robot.
+    Fault,
 }
 
 /// A value that was logged.

@@ -12,7 +12,7 @@ use crate::engine::Io;
 
 use super::call::{CallNumbers, Done, RobotCall};
 use super::context::GroupContext;
-use super::log::{LogLine, Piece};
+use super::log::{LineKind, LogLine, Piece};
 use super::queue::{InQueue, OutQueue};
 use super::seen::{CallResult, Seen, SeenEvent};
 use super::state::RobotContext;
@@ -133,8 +133,11 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
 
     fn log<C: ByteCode, const SLOTS: usize>(&mut self, arguments: CallArguments<'_, P, C, SLOTS>) {
         let (tick, program) = (self.io.now, self.state.context.program);
-        let line = LogLine { tick, program, pieces: pieces(&arguments) };
-        self.state.log(line);
+        let line = LogLine { tick, program, pieces: pieces(&arguments), kind: LineKind::Logged };
+        match &mut self.state.asked {
+            Some(lines) => lines.push(line),
+            None => self.state.log(line),
+        }
     }
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {

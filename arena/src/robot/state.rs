@@ -19,6 +19,7 @@ use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
 use super::log::{LogLine, News};
 use super::overruns::{Overrun, Overruns};
 use super::post_mortem::{self, LastFault, PostMortem};
+use super::question::Question;
 use super::seen::{Seen, SeenEvent};
 
 /// The part of a script that is about to run, or is running.
@@ -70,6 +71,10 @@ pub struct RobotContext {
     pub watch: Option<Box<Watch>>,
     /// Globals that are to be set.
     pub settings: Vec<PendingSetting>,
+    /// Questions that are to be answered.
+    pub questions: Vec<Question>,
+    /// The lines that the question which is being answered has logged.
+    pub asked: Option<Vec<LogLine>>,
 }
 
 impl RobotContext {
@@ -108,6 +113,8 @@ impl RobotContext {
             checker: None,
             watch: None,
             settings: Vec::new(),
+            questions: Vec::new(),
+            asked: None,
         }
     }
 
@@ -117,15 +124,17 @@ impl RobotContext {
             context, stage, is_running, is_waiting, overruns, clock, due_us, ..
         } = self;
         let RobotContext { steps, awake, memory, faults, .. } = self;
-        // An event may have replaced the script. The other values of the group come from the
+        // An event may have replaced the script. A question changes nothing by its place in the image,
+        // but by the values that it leaves. The other values of the group come from the
         // scenario and do not change.
-        context.image.image().hash(digest);
+        context.origin.image().hash(digest);
         (*stage as u8, is_running, is_waiting, due_us, steps, awake).hash(digest);
         memory.add_to(digest);
         digest.text_of(&(clock, overruns, faults));
         if !self.settings.is_empty() {
             digest.text_of(&self.settings);
         }
+        self.questions.iter().for_each(|question| digest.text_of(&question.text));
     }
 
     /// Removes and returns the assignments that are due after a part of the script.

@@ -150,6 +150,13 @@ impl EventQueue {
         self.commands.iter().map(|(tick, text, _)| (*tick, text.as_str()))
     }
 
+    /// Returns true if a question is asked before tick `now`.
+    pub fn has_waiting_questions(&self, now: u64) -> bool {
+        let waiting = self.commands.iter().skip(self.carried_out);
+        let mut due = waiting.take_while(|(tick, ..)| *tick <= now);
+        due.any(|(.., action)| matches!(action, WorldChange::Ask { .. }))
+    }
+
     /// Returns the next action whose time has come: events of the scenario first, then commands.
     pub fn due(&mut self, scenario: &Scenario, now: u64) -> Option<WorldChange> {
         let event = scenario.events.get(self.next).filter(|event| tick_at(event.at) <= now);
@@ -215,7 +222,10 @@ impl EventQueue {
                 world.heal();
             }
             // The simulation applies these actions itself, because they need links and scripts.
-            WorldChange::Adversary(_) | WorldChange::Set { .. } | WorldChange::Call { .. } => {}
+            WorldChange::Adversary(_)
+            | WorldChange::Set { .. }
+            | WorldChange::Call { .. }
+            | WorldChange::Ask { .. } => {}
         }
         Vec::new()
     }

@@ -7,6 +7,7 @@
 //! robot functions.
 
 mod adversary;
+mod asked;
 mod complete;
 mod event_queue;
 mod expectation;

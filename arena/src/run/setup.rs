@@ -7,9 +7,8 @@ use std::sync::Arc;
 use bittybuzz_compiler::check::outside::called_flag;
 use bittybuzz_compiler::refusal;
 use bittybuzz_robot_spec::NumberProfile;
-use bittybuzz_vm_core::ImageError;
-use bittybuzz_vm_core::SLOTS_MAX;
 use bittybuzz_vm_core::message::FULL_FRAME;
+use bittybuzz_vm_core::{ImageError, SLOTS_MAX};
 
 use crate::engine::LinkSettings;
 use crate::robot::checks::Costs;
@@ -21,12 +20,20 @@ use crate::scenario::{
     WorldChange, each_group_of, groups_of,
 };
 
+use super::asked::AskedPrograms;
 use super::expectation::Bound;
 use super::firmware::Firmware;
 use super::group::{group_of, id, joining_order};
 use super::program::{Compiler, LoadedProgram, Program};
 use super::quantity::QuantityProbe;
 use super::settings::{media, media_of};
+
+mod questions;
+
+use questions::check_question;
+
+/// The reason why a program with a question is there.
+const ASKED: &str = "the program of a question stays in the list";
 
 /// The most mistakes that are reported. Each lists the names that would be right.
 const MISTAKES_MAX: usize = 100;
@@ -67,6 +74,8 @@ pub struct Setup {
     compiler: Option<Compiler>,
     /// The programs that events and commands load, by script and group.
     loaded_scripts: HashMap<PathBuf, HashMap<GroupId, ProgramId>>,
+    /// Programs with questions at their ends.
+    asked: Arc<AskedPrograms>,
 }
 
 impl Setup {
@@ -113,6 +122,9 @@ impl Setup {
                 WorldChange::Call { robots, function, place } => {
                     (check_function(&scenario, &programs, robots, function), place)
                 }
+                WorldChange::Ask { robots, question, place } => {
+                    (check_question(&scenario, &programs, robots, question), place)
+                }
                 _ => continue,
             };
             if let Err(cause) = checked {
@@ -157,6 +169,7 @@ impl Setup {
             checks: None,
             compiler: None,
             loaded_scripts,
+            asked: Arc::default(),
         })
     }
 
@@ -190,13 +203,20 @@ impl Setup {
     }
 
     /// Returns a program; `None` if the setup has none of that number.
-    pub fn program(&self, ProgramId(number): ProgramId) -> Option<&Program> {
-        self.programs.get(number).map(|loaded| &loaded.program)
+    pub fn program(&self, id: ProgramId) -> Option<&Program> {
+        let loaded = match id.asked_place() {
+            Some(place) => self.asked.get(place).map(|asked| &asked.loaded),
+            None => self.programs.get(id.0),
+        };
+        loaded.map(|loaded| &loaded.program)
     }
 
     /// Returns a program with the data of the robots that run it.
-    pub(super) fn loaded(&self, ProgramId(number): ProgramId) -> &LoadedProgram {
-        &self.programs[number]
+    pub(super) fn loaded(&self, id: ProgramId) -> &LoadedProgram {
+        match id.asked_place() {
+            Some(place) => &self.asked.get(place).expect(ASKED).loaded,
+            None => &self.programs[id.0],
+        }
     }
 
     /// Returns all programs: those of [`Scenario::programs`], then those that commands have loaded.
@@ -382,20 +402,18 @@ fn loaded(scenario: &Scenario, programs: &[Program]) -> Vec<LoadedProgram> {
 }
 
 /// Returns the data that robots of a group with that program share.
-fn context(
+fn context(of: &Group, program: (ProgramId, &Program), ids: Arc<[u16]>) -> Arc<GroupContext> {
+    Arc::new(new_context(of, program, ids))
+}
+
+fn new_context(
     Group { robot, model, .. }: &Group,
     (id, program): (ProgramId, &Program),
     ids: Arc<[u16]>,
-) -> Arc<GroupContext> {
+) -> GroupContext {
     let effect = |function: &_| model.effect(function).or_else(|| common_effect(function));
-    Arc::new(GroupContext::new(
-        robot,
-        (id, &program.image),
-        program.symbols.clone(),
-        model.budget(),
-        ids,
-        effect,
-    ))
+    let (image, symbols) = ((id, &*program.image), program.symbols.clone());
+    GroupContext::new(robot, image, symbols, model.budget(), ids, effect)
 }
 
 /// Returns the robots' ids in the order in which they enter the world.

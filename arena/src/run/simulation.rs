@@ -48,6 +48,7 @@ use crate::scenario::{
 };
 
 mod globals;
+mod questions;
 
 use super::adversary::intruder;
 use super::event_queue::EventQueue;
@@ -274,6 +275,9 @@ impl Simulation {
             WorldChange::Call { robots, function, .. } => {
                 self.setup.check_function(robots, function).map_err(refused)?;
             }
+            WorldChange::Ask { robots, question, .. } => {
+                self.check_question(robots, question).map_err(refused)?;
+            }
             _ => {}
         }
         self.event_queue.command(tick.max(self.now()), text, action);
@@ -336,6 +340,7 @@ impl Simulation {
                 WorldChange::Call { robots, function, .. } => {
                     self.set(robots, &called_flag(function), ScriptNumber::Int(1));
                 }
+                WorldChange::Ask { robots, question, .. } => self.ask(robots, question),
                 _ => {}
             }
             for number in self.event_queue.act(&action, &mut self.world) {
@@ -455,7 +460,8 @@ impl Simulation {
     /// changing it. Returns `None` for a robot that has not joined yet, and for one that runs its
     /// firmware.
     pub fn inspect(&self, number: usize, limits: Limits) -> Option<Inspection> {
-        self.robot(number)?.inspect(self.program(number).symbols.as_deref(), limits)
+        let robot = self.robot(number)?;
+        robot.inspect(robot.state().context.symbols.as_deref(), limits)
     }
 
     /// Watches the statements of a robot's script in the next tick, until
@@ -766,7 +772,7 @@ impl Past {
     /// Adds the results of a robot's checks, if it is checked.
     fn add_findings(&mut self, robot: &SimRobot) {
         if let Some(findings) = robot.findings() {
-            let program = robot.state().context.program;
+            let program = robot.state().context.script;
             self.findings.entry(program).or_default().merge(findings);
         }
     }

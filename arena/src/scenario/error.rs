@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use bittybuzz_compiler::question::QuestionError;
 use bittybuzz_robot_spec::{RobotError, SettingError};
 use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
@@ -80,6 +81,8 @@ pub enum ScenarioCause {
     UnknownGlobal { name: String, known: Vec<String> },
     /// No script of the robots has a function of that name that an event could call.
     UnknownFunction { name: String },
+    /// The robots cannot evaluate a question.
+    Question { error: QuestionError },
     /// A comparison that needs a number has none.
     NotANumber { of: &'static str },
     /// A key that combines the values of robots, for a quantity with a single value.
@@ -246,6 +249,7 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::UnknownFunction { name } => {
                 write!(f, "no script of these robots has a function `{name}` to call")
             }
+            ScenarioCause::Question { error } => error.fmt(f),
             ScenarioCause::NotANumber { of } => {
                 write!(f, "\"{of}\" needs a comparison with a number")
             }
@@ -554,6 +558,7 @@ impl toml_reader::Cause for ScenarioCause {
             | ScenarioCause::ScriptRefused { .. }
             | ScenarioCause::ScriptTooLong { .. }
             | ScenarioCause::NotCompiled { .. }
+            | ScenarioCause::Question { .. }
             | ScenarioCause::NotLoaded { .. }
             | ScenarioCause::Emulator { .. }
             | ScenarioCause::OneNumber { .. }

@@ -71,6 +71,15 @@ pub enum WorldChange {
         /// The place of the name in the file.
         place: Place,
     },
+    /// The robots' scripts evaluate an expression between two steps.
+    Ask {
+        /// The robots that the event is for.
+        robots: Selection,
+        /// The expression, or statements.
+        question: String,
+        /// The place of the question in the file.
+        place: Place,
+    },
     /// Robots that were absent at the start join.
     Join(Selection),
     /// The robots are moved.
@@ -133,6 +142,7 @@ const ACTIONS: &[&str] = &[
     "load",
     "set",
     "call",
+    "ask",
     "join",
     "move",
     "battery",
@@ -188,6 +198,7 @@ pub fn action(
         ("global", "set"),
         ("number", "set"),
         ("function", "call"),
+        ("robots", "ask"),
         ("volts", "battery"),
         ("medium", "loss"),
     ] {
@@ -219,6 +230,11 @@ pub fn action(
             let name = section.required("function")?;
             let (function, place) = (name.string()?.to_owned(), name.place());
             WorldChange::Call { robots: robots?, function, place }
+        }
+        "ask" => {
+            let robots = section.required("robots").and_then(|entry| robot_index.select(&entry));
+            let (question, place) = (entry.string()?.to_owned(), entry.place());
+            WorldChange::Ask { robots: robots?, question, place }
         }
         "join" => WorldChange::Join(robot_index.select(&entry)?),
         "move" => moved(section, robot_index.select(&entry), world)?,
@@ -269,7 +285,8 @@ pub fn action(
     // The emulator loads the flash only at its start, and has no access to the memory later.
     if let WorldChange::Load { robots, .. }
     | WorldChange::Set { robots, .. }
-    | WorldChange::Call { robots, .. } = &action
+    | WorldChange::Call { robots, .. }
+    | WorldChange::Ask { robots, .. } = &action
         && robot_index.is_emulated(robots)
     {
         entry.fail(ScenarioCause::NotEmulated { key });

@@ -241,6 +241,8 @@ pub const SECTIONS: &[SectionKeys] = &[
             "number" "number" "" "set: the new value; an integer, or a float with a decimal point",
             "call" "robots" "" "these robots' scripts call a `function` of theirs before the next step",
             "function" "string" "" "call: name of the function, which gets no arguments",
+            "ask" "string" "" "`robots` evaluate this expression or call of their scripts between two steps, and log its value",
+            "robots" "robots" "" "ask: the robots that evaluate it",
             "join" "robots" "" "these robots, which were not `present`, enter and start their scripts",
             "move" "robots" "" "these robots move to another place at once",
             "to" "[x, y]" "" "move: new center of these robots, in mm",

@@ -7,10 +7,10 @@ use std::time::Duration;
 use bittybuzz_arena::engine::LinkStatistics;
 use bittybuzz_arena::robot::{Consequence, FaultCounts, ProgramId};
 use bittybuzz_arena::run::{
-    Convergence, FaultOf, OverrunSummary, Setup, Summary, TICKS_PER_SECOND, Verdict,
+    self, Convergence, FaultOf, OverrunSummary, Setup, Summary, TICKS_PER_SECOND, Verdict,
 };
 use bittybuzz_compiler::symbols::SourceSpan;
-use bittybuzz_fault::{Backtrace, FaultReport, accepted};
+use bittybuzz_fault::{Backtrace, FaultReport, KnownProgram, accepted};
 use serde_json::{Value, json};
 
 use crate::program::LoadedProgram;
@@ -253,15 +253,23 @@ pub fn faults(setup: &Setup, programs: &[Arc<LoadedProgram>], summary: &Summary)
 
 /// Describes a fault of a robot.
 fn described<'a>(
-    setup: &Setup,
+    setup: &'a Setup,
     programs: &'a [Arc<LoadedProgram>],
     FaultOf { robot, record }: &FaultOf,
 ) -> FaultReport<'a> {
-    let program = programs[record.program.0].known();
+    let of = &*setup.scenario.group(setup.group(*robot)).robot;
+    let program = match (programs.get(record.program.0), setup.program(record.program)) {
+        (Some(program), _) => program.known(),
+        // A program with a question at its end.
+        (None, Some(run::Program { image, symbols, sources })) => {
+            let (symbols, sources) = (symbols.as_deref(), &**sources);
+            KnownProgram { image, profile: of.profile, symbols, sources }
+        }
+        (None, None) => KnownProgram::UNKNOWN,
+    };
     let backtrace = Backtrace::new(program, record.positions.clone(), record.entry);
     // Firmware does not report the accepted arguments.
-    let robot = Some(&*setup.scenario.group(setup.group(*robot)).robot);
-    let refusal = record.refusal.clone().or_else(|| accepted(&record.fault, program, robot));
+    let refusal = record.refusal.clone().or_else(|| accepted(&record.fault, program, Some(of)));
     let report = FaultReport::new(&record.fault, backtrace, refusal.as_deref());
     report.with_memory(record.memory.as_ref())
 }
@@ -271,6 +279,11 @@ fn note(setup: &Setup, alike: &[&FaultOf]) -> String {
     let first = alike.first().expect("a fault is like itself");
     let (id, time) = (setup.id(first.robot), seconds(first.record.tick));
     let mut note = match first.record.consequence {
+        Consequence::Contained if first.record.program.asked_place().is_some() => {
+            format!(
+                "a question to robot {id}, or its listener or handler, ended at {time:.1} s, its script went on"
+            )
+        }
         Consequence::Contained => {
             format!("a listener or handler of robot {id} ended at {time:.1} s, its script went on")
         }
