@@ -109,7 +109,7 @@ mod tests {
     use crate::page_event::StateEvent;
 
     fn line(tick: u64) -> Waiting {
-        Waiting::Line(LogEvent { tick, robot: 1, text: "x".to_owned() })
+        Waiting::Line(LogEvent { tick, robot: 1, text: "x".to_owned(), answer: None })
     }
 
     fn state(tick: u64) -> PageEvent {

@@ -1,12 +1,12 @@
 //! Faults and log lines of a run, as events for clients.
 
 use bittybuzz_arena::engine::LossCause;
-use bittybuzz_arena::robot::{Interest, LogLine};
+use bittybuzz_arena::robot::{Interest, LineKind, LogLine};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Verdict};
 
 use crate::backlog::{Backlog, Waiting};
 use crate::faults;
-use crate::page_event::{FaultEvent, LogEvent, PageEvent, VerdictName};
+use crate::page_event::{AnswerKind, FaultEvent, LogEvent, PageEvent, VerdictName};
 use crate::watch::{MessageFate, Watch};
 use crate::workshop::Drafts;
 
@@ -33,8 +33,8 @@ impl Observer for EventCollector<'_> {
         let ObservedEvent { tick, robot, kind } = event;
         match kind {
             EventKind::Log(line) => {
-                let text = text(self.setup, line);
-                self.events.add(Waiting::Line(LogEvent { tick, robot, text }));
+                let line = line_event(self.setup, self.faults.last(), (tick, robot), line);
+                self.events.add(Waiting::Line(line));
             }
             EventKind::Fault(found) => {
                 let fault = faults::describe(self.setup, self.drafts, robot, found);
@@ -62,6 +62,29 @@ pub fn verdict(verdict: Verdict) -> VerdictName {
         Verdict::Held => VerdictName::Held,
         Verdict::Failed => VerdictName::Failed,
     }
+}
+
+/// Describes a line that a robot logged at a tick. If an error ended a question, it is the last fault.
+pub fn line_event(
+    setup: &Setup,
+    last: Option<&FaultEvent>,
+    (tick, robot): (u64, usize),
+    line: &LogLine,
+) -> LogEvent {
+    let (mut text, mut answer) = (text(setup, line), None);
+    match line.kind {
+        LineKind::Logged => {}
+        LineKind::Answer => answer = Some(AnswerKind::Value),
+        LineKind::NoAnswer => answer = Some(AnswerKind::Missing),
+        LineKind::Fault => {
+            answer = Some(AnswerKind::Missing);
+            let last = last.filter(|last| (last.tick, last.robot) == (tick, robot));
+            if let Some(last) = last {
+                text += &format!(": {}", last.description.message);
+            }
+        }
+    }
+    LogEvent { tick, robot, text, answer }
 }
 
 /// Returns the text of a line. Bytes that are not valid UTF-8 are replaced.

@@ -22,7 +22,7 @@
 //! | `"pause"` | pause |
 //! | `{"step":{"ticks":1}}` | run for this number of ticks, then pause |
 //! | `{"go_to":{"tick":100}}` | go to a tick, back or forward, and pause. A long way takes several turns, with an event about the time that is left; requests about the run wait for its end, another `go_to` replaces it, and `pause` ends it |
-//! | `{"command":{"text":"fail = 3"}}` | the command of the text acts at the next tick |
+//! | `{"command":{"text":"fail = 3"}}` | the command of the text acts at the next tick; while the run is paused, an event has the answers to questions at once |
 //! | `{"inspect":{"robot":5}}` | after each sample an event has the memory of the robot with this number; `null`: no more |
 //! | `{"watch":{"messages":true,"quantity":"led"}}` | after each sample an event has the messages since the one before, and one has the quantity, which is written as in `plot` (docs/scenario.md); `false` and `null`: no more |
 //! | `{"series":{"quantities":["led","x"],"robots":[5]}}` | events have points of these curves from the beginning of the run up to now, at most 2,000 each: extremes and quartiles of all robots, and the values of the robots with these numbers. Points of the past are computed next to the session |
@@ -66,6 +66,7 @@
 //! memory), listen on a network, draw.
 
 mod about;
+mod answers;
 mod backlog;
 mod band;
 mod begin;

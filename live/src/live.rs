@@ -13,6 +13,7 @@ use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::Limits;
 
 use crate::about::AboutDescription;
+use crate::answers;
 use crate::backlog::Backlog;
 use crate::begin;
 use crate::changes::{self, Changes, Commands};
@@ -22,9 +23,9 @@ use crate::events::{self, EventCollector};
 use crate::faults;
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    AttitudesEvent, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExpectationEvent,
-    ExplanationEvent, FailedEvent, FaultEvent, PageEvent, ScenarioEvent, ScriptsDescription,
-    SeekingEvent, SeriesCutEvent, StateEvent, TrialsEvent,
+    AnswersEvent, AttitudesEvent, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent,
+    ExpectationEvent, ExplanationEvent, FailedEvent, FaultEvent, LogEvent, PageEvent,
+    ScenarioEvent, ScriptsDescription, SeekingEvent, SeriesCutEvent, StateEvent, TrialsEvent,
 };
 use crate::request::{Request, Texts};
 use crate::samples::Samples;
@@ -90,6 +91,10 @@ pub struct Live {
     trials: Option<Trials>,
     /// Lamps and commands, as they were last sent to the client.
     conditions: ConditionsEvent,
+    /// The answers to questions that wait, as they were last sent to the client.
+    answers: Vec<LogEvent>,
+    /// The tick of these answers. A change of the commands makes them unknown.
+    answered_at: Option<u64>,
     changes: Changes,
     /// The attitudes of robots, as they were last sent to the client.
     attitudes: AttitudesEvent,
@@ -128,6 +133,8 @@ impl Live {
             unsaved: Unsaved::default(),
             trials: None,
             conditions,
+            answers: Vec::new(),
+            answered_at: None,
             changes: Changes::default(),
             attitudes: AttitudesEvent::default(),
             verdicts: Vec::new(),
@@ -643,6 +650,24 @@ impl Live {
         if self.conditions != conditions {
             self.events.push(PageEvent::Conditions(conditions.clone()));
             self.conditions = conditions;
+            self.answered_at = None;
+        }
+        self.add_answers();
+    }
+
+    /// Adds an event if there are other answers to questions that wait than at the last time.
+    fn add_answers(&mut self) {
+        let run = self.session.run();
+        let is_waiting = self.pace == Pace::Paused && run.has_waiting_questions();
+        let tick = is_waiting.then(|| run.now());
+        if tick == self.answered_at && (is_waiting || self.answers.is_empty()) {
+            return;
+        }
+        let lines = if is_waiting { answers::of_next_tick(run) } else { Vec::new() };
+        self.answered_at = tick;
+        if lines != self.answers {
+            self.events.push(PageEvent::Answers(AnswersEvent { lines: lines.clone() }));
+            self.answers = lines;
         }
     }
 
@@ -687,6 +712,7 @@ impl Source for Live {
         self.events.push(PageEvent::Begin(Box::new(begin)));
         // The description of the world does not say if changes can be undone: an event will.
         self.conditions = conditions::describe(self.session.run(), &Changes::default());
+        (self.answers, self.answered_at) = (Vec::new(), None);
         self.add_verdicts();
         self.add_state();
     }

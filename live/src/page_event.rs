@@ -29,6 +29,8 @@ pub enum PageEvent {
     Conditions(ConditionsEvent),
     /// Lines that robots logged.
     Logs(LogsEvent),
+    /// Answers to questions that are asked while the run is paused.
+    Answers(AnswersEvent),
     /// A fault of a script.
     Fault(FaultEvent),
     /// The run was paused because of a fault.
@@ -427,6 +429,28 @@ pub struct LogEvent {
     /// The number of the robot.
     pub robot: usize,
     pub text: String,
+    /// The kind of an answer to a question; `None` for a line that the script logged.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(test, ts(optional))]
+    pub answer: Option<AnswerKind>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+#[serde(rename_all = "snake_case")]
+pub enum AnswerKind {
+    /// There is a value, or nothing is to be returned.
+    Value,
+    /// The line has the reason why there is no answer.
+    Missing,
+}
+
+/// The answers that robots will give in the next tick to the questions that wait for it. They replace
+/// those of an earlier event.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct AnswersEvent {
+    pub lines: Vec<LogEvent>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -2,14 +2,17 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use bittybuzz_compiler::question::FILE;
+
 /// Returns a path relative to a folder. A file elsewhere has `..` in its path, or only its name if no
 /// relative path leads to it.
 pub fn relative(folder: &Path, path: &Path) -> String {
     if let Ok(inside) = path.strip_prefix(folder) {
         return inside.display().to_string();
     }
-    // The library is in no folder.
-    if path.starts_with("<library>") || (folder.is_absolute() && path.is_relative()) {
+    // The library and questions are in no folder.
+    let is_nowhere = path.starts_with("<library>") || path == Path::new(FILE);
+    if is_nowhere || (folder.is_absolute() && path.is_relative()) {
         return path.display().to_string();
     }
     let common = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();
@@ -36,6 +39,8 @@ mod tests {
             ("/home/ada/class", "/home/ada/shared/s.bzz", "../shared/s.bzz"),
             ("/home/ada/class", "/opt/s.bzz", "../../../opt/s.bzz"),
             ("/home/ada/class", "<library>/vec2.bzz", "<library>/vec2.bzz"),
+            ("/home/ada/class", "<question>", "<question>"),
+            ("class", "<question>", "<question>"),
             ("class", "class/s.bzz", "s.bzz"),
             ("class", "lib/s.bzz", "../lib/s.bzz"),
             ("class", "/opt/s.bzz", "s.bzz"),

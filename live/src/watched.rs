@@ -152,7 +152,7 @@ impl Watched {
 }
 
 fn line(tick: u64, robot: usize, text: String) -> Waiting {
-    Waiting::Line(LogEvent { tick, robot, text })
+    Waiting::Line(LogEvent { tick, robot, text, answer: None })
 }
 
 impl Source for Watched {

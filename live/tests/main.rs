@@ -11,6 +11,7 @@ mod changes;
 mod editor;
 mod faults;
 mod live;
+mod questions;
 mod recorded;
 mod series;
 mod stepping;

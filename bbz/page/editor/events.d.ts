@@ -8,6 +8,10 @@ text: Array<string>, scripts: Array<ScriptAbout>, proposals: Array<Proposal>, };
 
 export type ActivityName = "empty" | "idle" | "running" | "waiting" | "faulted" | "resting";
 
+export type AnswerKind = "value" | "missing";
+
+export type AnswersEvent = { lines: Array<LogEvent>, };
+
 export type AssignmentDescription = { title: string, 
 /**
  * The task in words.
@@ -466,7 +470,11 @@ export type LogEvent = { tick: number,
 /**
  * The number of the robot.
  */
-robot: number, text: string, };
+robot: number, text: string, 
+/**
+ * The kind of an answer to a question; `null` for a line that the script logged.
+ */
+answer?: AnswerKind, };
 
 export type LogsEvent = { 
 /**
@@ -621,7 +629,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "stepped" } & SteppedEvent | { "event": "breakpoints" } & BreakpointsEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "attitudes" } & AttitudesEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "answers" } & AnswersEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "stepped" } & SteppedEvent | { "event": "breakpoints" } & BreakpointsEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "attitudes" } & AttitudesEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 

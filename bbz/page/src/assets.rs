@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 46] = [
+const ASSETS: [Asset; 47] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("about.js", SCRIPT),
@@ -56,6 +56,7 @@ const ASSETS: [Asset; 46] = [
     asset!("paint.js", SCRIPT),
     asset!("pointer.js", SCRIPT),
     asset!("programs.js", SCRIPT),
+    asset!("questions.js", SCRIPT),
     asset!("recording.js", SCRIPT),
     asset!("robot.js", SCRIPT),
     asset!("scale.js", SCRIPT),

@@ -126,6 +126,7 @@ const session = connect({
         const isAnew = robots.take(bytes);
         if (robots.tick < before) {
             log.forget(robots.tick);
+            panel.questions.forget(robots.tick);
         }
         view.sampled(isAnew);
         display.sampled();
@@ -213,6 +214,7 @@ const handlers = {
         if (event.tick < robots.tick) {
             // The sample of that tick may be skipped.
             log.forget(event.tick);
+            panel.questions.forget(event.tick);
         }
         showIcon("play", event.plays ? "pause" : "play", event.plays ? texts.pause : texts.play);
         const cut = world?.recording?.cut;
@@ -230,6 +232,7 @@ const handlers = {
         view.poseErrors = event.pose_errors;
         view.changed();
         ground.show(event);
+        panel.questions.follow(event.commands);
         about.show(event.lights);
         showCommands(event.commands);
         if (world) {
@@ -242,7 +245,15 @@ const handlers = {
         if (lost > 0) {
             log.lose(Math.max(robots.tick, 0), lost);
         }
-        lines.forEach((one) => line(one, () => [one.text], ""));
+        for (const one of lines) {
+            line(one, () => [one.text], one.answer ? "answer" : "");
+            if (one.answer) {
+                panel.questions.take(one);
+            }
+        }
+    },
+    answers({ lines }) {
+        panel.questions.expect(lines);
     },
     fault(event) {
         line(event, () => faultParts(event, openPlace), "fault", event.code);
@@ -305,6 +316,7 @@ const handlers = {
     series_cut(event) {
         // What followed on the way before is void.
         log.forget(event.tick);
+        panel.questions.forget(event.tick);
         timeLine.forget("fault", event.tick);
         curves.cut(event);
     },
@@ -317,6 +329,9 @@ const handlers = {
     refused({ text, help }) {
         wanted = false;
         const reason = help ? `${text} (${help})` : text;
+        if (panel.questions.refused(reason)) {
+            return;
+        }
         trials.refused(reason);
         grading.refused(reason);
         showStatus(reason, "answer");

@@ -5,6 +5,7 @@ import { element, part, row } from "./element.js";
 import { faultParts } from "./fault.js";
 import { led } from "./glyph.js";
 import { Memory } from "./memory.js";
+import { Questions } from "./questions.js";
 import { texts } from "./texts.js";
 
 /**
@@ -32,6 +33,7 @@ export class RobotPanel {
         this.command = command;
         this.compare = compare;
         this.openPlace = openPlace;
+        this.questions = new Questions(command);
         this.memory = new Memory();
         this.memoryAtFault = new Memory();
         /** @type {World | null} */
@@ -61,6 +63,7 @@ export class RobotPanel {
     begin(world, chosen) {
         this.world = world;
         this.attitudes = [];
+        this.questions.begin(world.ticks_per_second);
         this.choose(chosen);
     }
 
@@ -74,6 +77,7 @@ export class RobotPanel {
             return;
         }
         const id = this.idOf(robot);
+        this.questions.choose(robot, id);
         const act = (/** @type {typeof ACTIONS[number]} */ name) => element("button",
             { type: "button", title: texts[`${name}Help`], onclick: () => this.command(`${name} = ${id}`) }, texts[name]);
         const link = (/** @type {"block" | "restore"} */ name) => element("button",
@@ -85,7 +89,7 @@ export class RobotPanel {
         this.parts = element("div", { class: "memory" });
         this.isCompared = element("button",
             { type: "button", title: texts.compareHelp, "aria-pressed": false, onclick: () => this.compare(robot) }, texts.compare);
-        panel.replaceChildren(element("h2", {}, texts.robot(id)), this.facts, this.fault, this.atFault,
+        panel.replaceChildren(element("h2", {}, texts.robot(id)), this.facts, this.questions.element, this.fault, this.atFault,
             element("div", { class: "acts" }, ...ACTIONS.map(act), link("block"), link("restore"), this.isCompared), this.place(), this.parts);
         this.show();
     }

@@ -128,6 +128,8 @@ export const english = {
     resume: "Resume", resumeHelp: "A stopped robot goes on where it was",
     restart: "Restart", restartHelp: "Off and on: the script begins anew",
     compare: "Compare", compareHelp: "Shows its curve beside those of other robots: six at most", comparedMax: "Six robots are compared already: leave one out.",
+    ask: "Ask", askHelp: "The robot evaluates the expression or call now and shows the value. Up and Down show earlier ones.",
+    askLabel: "Expression or call to ask the robot", askExample: "n + 1, led(3), v.get(\"key\")", answers: "Answers",
     block: "Cut off", blockHelp: "No message gets to it or from it",
     restore: "Reconnect", restoreHelp: "Its blocked links work again",
     x: "x in mm", y: "y in mm", move: "Move", moveHelp: "Moves the robot to this place",

@@ -125,6 +125,8 @@ export const french = {
     resume: "Reprendre", resumeHelp: "Un robot arrêté continue là où il était",
     restart: "Redémarrer", restartHelp: "Éteint et rallumé : le script recommence",
     compare: "Comparer", compareHelp: "Montre sa courbe à côté de celles d'autres robots : six au plus", comparedMax: "Six robots sont déjà comparés : retirez-en un.",
+    ask: "Demander", askHelp: "Le robot évalue l'expression ou l'appel maintenant et montre la valeur. Haut et Bas montrent les précédentes.",
+    askLabel: "Expression ou appel à demander au robot", askExample: "n + 1, led(3), v.get(\"cle\")", answers: "Réponses",
     block: "Isoler", blockHelp: "Aucun message ne lui arrive ni n'en part",
     restore: "Reconnecter", restoreHelp: "Ses liens coupés fonctionnent à nouveau",
     x: "x en mm", y: "y en mm", move: "Déplacer", moveHelp: "Place le robot ici",
