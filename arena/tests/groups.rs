@@ -1,5 +1,6 @@
 //! Groups of one kind that differ: in how they move, and in what becomes of their frames.
 
+use bittybuzz_arena::run::start_poses;
 use bittybuzz_arena::scenario::{Group, Scenario};
 use bittybuzz_compiler::include::MemoryFiles;
 use bittybuzz_crazyflie_model::CrazyflieModel;
@@ -189,4 +190,27 @@ fn groups_with_more_robots_than_there_are_numbers_are_mistakes() {
     let errors = Scenario::open_in(&files, "s.toml".as_ref(), &[], &models).err().unwrap();
     assert!(errors.len() >= 100, "{}", errors.len());
     assert!(errors[0].to_string().contains("id 131071"), "{}", errors[0]);
+}
+
+/// The headings at the start, in degrees, of robots at these positions that have the heading of their
+/// group.
+fn headings(positions: &str, heading: &str) -> Vec<f32> {
+    let text = format!(
+        "[world]\nsize = [1000, 1000]\nduration = 1\n[[robots]]\nrobot = \"kilobot\"\n\
+         script = \"s.bzz\"\npositions = [{positions}]\nheading = {heading}\n"
+    );
+    let files = MemoryFiles::default().with("s.bzz", "function step() { }");
+    let models = bittybuzz_robot_models::all();
+    let scenario = Scenario::parse_in(&files, &text, "s.toml".as_ref(), &[], &models).unwrap();
+    let poses = start_poses(&scenario, 7).unwrap();
+    poses.iter().map(|pose| pose.heading.to_degrees()).collect()
+}
+
+#[test]
+fn a_listed_robot_has_a_heading_of_its_own() {
+    assert_eq!(headings("[0, 0, 90], [100, 0], [200, 0, -90]", "45"), [90.0, 45.0, -90.0]);
+    let drawn = headings("[0, 0], [100, 0], [200, 0]", "\"random\"");
+    let one = headings("[0, 0], [100, 0, 90], [200, 0]", "\"random\"");
+    assert!((drawn[1] - 90.0).abs() > 1.0, "{drawn:?}");
+    assert_eq!(one, [drawn[0], 90.0, drawn[2]]);
 }

@@ -28,11 +28,14 @@ pub fn poses(scenario: &Scenario, seed: u64) -> Result<Vec<Pose>, ScenarioError>
             }
             _ => group.placement.points(group.count).collect(),
         };
-        poses.extend(points.into_iter().map(|[x, y]| {
-            let heading = match group.heading {
+        poses.extend(points.into_iter().enumerate().map(|(index, [x, y])| {
+            let of_group = match group.heading {
                 Heading::Degrees(degrees) => degrees.to_radians() as f32,
+                // Also drawn for a robot with a heading of its own, so that the others keep theirs.
                 Heading::Random => (chance.unit() * 2.0 - 1.0) * std::f32::consts::PI,
             };
+            let own = group.placement.heading_of(index);
+            let heading = own.map_or(of_group, |degrees| degrees.to_radians() as f32);
             Pose::new(x as f32, y as f32, heading)
         }));
     }

@@ -111,7 +111,22 @@ pub enum Placement {
         area: [f64; 2],
     },
     /// The places that the file lists.
-    List(Vec<[f64; 2]>),
+    List(Vec<ListedPlace>),
+}
+
+/// A start place that the file lists.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ListedPlace {
+    /// The position in mm.
+    pub at: [f64; 2],
+    /// The heading of this robot in degrees; `None` if it has the heading of its group.
+    pub heading: Option<f64>,
+}
+
+impl From<[f64; 2]> for ListedPlace {
+    fn from(at: [f64; 2]) -> Self {
+        ListedPlace { at, heading: None }
+    }
 }
 
 /// The headings of robots at the start.
@@ -211,7 +226,15 @@ impl Placement {
             }
             Placement::Random { at, .. } => *at,
             // The reader accepts a list with a place for each robot only.
-            Placement::List(points) => points[index as usize],
+            Placement::List(places) => places[index as usize].at,
+        }
+    }
+
+    /// Returns the heading that the file gives to one robot, which replaces that of its group.
+    pub(crate) fn heading_of(&self, index: usize) -> Option<f64> {
+        match self {
+            Placement::List(places) => places[index].heading,
+            _ => None,
         }
     }
 }

@@ -180,7 +180,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "direction" "degrees" "0" "line: direction of the row",
             "radius" "number" "" "circle: radius in mm",
             "area" "[width, height]" "the world" "random: the rectangle around `at`, in mm",
-            "positions" "list of [x, y]" "" "list: start position of each robot, in mm",
+            "positions" "list of [x, y] or [x, y, degrees]" "" "list: start position of each robot in mm, and its own heading instead of `heading`",
             "heading" "degrees or \"random\"" "random" "initial heading: 0 along x, counterclockwise",
             "body" "word" "that of the robot" "for a robot file: name of the model ([body.NAME]) for motion and messages",
             "present" "true or false" "true" "false: the robots are absent until they `join`",

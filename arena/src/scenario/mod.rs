@@ -50,7 +50,7 @@ pub use event::{MoveTarget, ScheduledEvent, WorldChange};
 pub use expect::{Expect, ExpectedValue, Of, Reduction, Test, When};
 pub use files::{EmbeddedFiles, sections as file_sections, without_files};
 pub(crate) use group::Standing;
-pub use group::{Group, GroupId, Heading, Placement};
+pub use group::{Group, GroupId, Heading, ListedPlace, Placement};
 pub use load::Load;
 pub(crate) use load::{each_group_of, groups_of};
 pub use medium::{LossSetting, MediaSettings, MediumSettings};

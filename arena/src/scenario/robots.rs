@@ -18,12 +18,12 @@ use super::backend::{self, Backend};
 use super::body;
 use super::error::ScenarioCause;
 use super::folder::{Folder, read_text};
-use super::group::{Group, Heading, Placement};
+use super::group::{Group, Heading, ListedPlace, Placement};
 use super::keys::ROBOTS;
 use super::medium;
 use super::read::{Entry, Section};
 use super::select::{self, EmulatorLimits, RobotIndex};
-use super::world::{WorldSection, point_inside};
+use super::world::{WorldSection, inside, point_inside};
 
 /// Stores the robot files of all groups in every group.
 pub(super) fn introduce(groups: &mut [Group]) {
@@ -483,7 +483,22 @@ fn list(section: &Section<'_>, count: u32, world: &WorldSection) -> Option<Place
         entry.fail(TomlError::Length { key: "positions".to_owned(), expected, found: items.len() });
         return None;
     }
-    let points: Vec<Option<[f64; 2]>> =
-        items.iter().map(|item| point_inside(item, world)).collect();
-    points.into_iter().collect::<Option<Vec<_>>>().map(Placement::List)
+    // All places are read before a mistake ends it, so that every mistake is found.
+    let places: Vec<Option<ListedPlace>> =
+        items.iter().map(|item| listed_place(item, world)).collect();
+    places.into_iter().collect::<Option<Vec<_>>>().map(Placement::List)
+}
+
+/// Reads a start place: a point, or a point and a heading.
+fn listed_place(entry: &Entry<'_>, world: &WorldSection) -> Option<ListedPlace> {
+    let expected = "two numbers as [x, y], or three as [x, y, degrees]";
+    let any = f64::MIN..=f64::MAX;
+    match entry.value {
+        DeValue::Array(numbers) if numbers.len() == 3 => {
+            let [x, y, _] = entry.numbers(expected, any)?;
+            let at = inside(entry, [x, y], world)?;
+            Some(ListedPlace { at, heading: Some(heading(&entry.list()?[2])?) })
+        }
+        _ => inside(entry, entry.numbers(expected, any)?, world).map(ListedPlace::from),
+    }
 }

@@ -234,6 +234,11 @@ impl MovableSection {
 /// Reads a point, which must be within the world.
 pub fn point_inside(entry: &Entry<'_>, world: &WorldSection) -> Option<[f64; 2]> {
     let point = entry.numbers("two numbers as [x, y]", f64::MIN..=f64::MAX)?;
+    inside(entry, point, world)
+}
+
+/// Returns a point of a value, which must be within the world.
+pub fn inside(entry: &Entry<'_>, point: [f64; 2], world: &WorldSection) -> Option<[f64; 2]> {
     if !world.contains(point) {
         let [x, y] = point;
         entry.fail(world.outside(format!("({}, {})", number_text(x), number_text(y))));

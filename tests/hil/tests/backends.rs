@@ -489,7 +489,7 @@ fn robots_start_where_the_projector_shines() {
     let group = &scenario.groups[0];
     let programs = [program(group.script.as_ref().unwrap(), &group.robot)];
     for (at, is_lit) in [([415.0, -250.0], true), ([430.0, 0.0], false), ([0.0, 270.0], false)] {
-        scenario.groups[0].placement = Placement::List(vec![[0.0, 0.0], at]);
+        scenario.groups[0].placement = Placement::List(vec![[0.0, 0.0].into(), at.into()]);
         let setup = Setup::new(scenario.clone(), programs.clone()).unwrap();
         let setup = setup.emulated_by("zooid", Core::Own.program().to_owned());
         match Simulation::new(Arc::new(setup), 1, 1) {
