@@ -34,6 +34,7 @@
 //! | `{"script":{"name":"walk.bzz"}}` | an event has the text of a script, and the names that it may use |
 //! | `{"check":{"name":"walk.bzz","text":"…"}}` | an event has the compiler's messages about a text in the place of the script |
 //! | `{"run":{"texts":{"walk.bzz":"…"},"keep_changes":true}}` | the run starts again from the beginning with these texts of scripts and of the scenario; with `keep_changes` the commands act again at their times |
+//! | `{"build":{"edit":{"delete":{"thing":{"kind":"lamp","number":0}}},"texts":{}}}` | a thing of the world is added, changed, copied or deleted in the text of the scenario, and the run starts again from the beginning, as for `run` |
 //! | `{"load":{"name":"walk.bzz","text":"…","robots":[3],"keep":true}}` | the robots with these ids get the text as a draft of the script, by a command; without `robots` all that have the script. With `keep` their globals keep numbers |
 //! | `{"write":{"name":"walk.bzz","text":"…","over":"…"}}` | the text is written to the file of the script, if the client may, and if the file has the text with this SHA-256; without `over` whatever the file has |
 //! | `{"unsaved":{"name":"walk.bzz","text":"…","over":"…"}}` | the text is kept for the next session, which offers it; `null`: no text is unsaved |
@@ -70,6 +71,7 @@ mod answers;
 mod backlog;
 mod band;
 mod begin;
+mod by_hand;
 mod changes;
 mod compiler_message;
 mod conditions;

@@ -16,6 +16,7 @@ use crate::about::AboutDescription;
 use crate::answers;
 use crate::backlog::Backlog;
 use crate::begin;
+use crate::by_hand::{self, BuiltText, WorldEdit};
 use crate::changes::{self, Changes, Commands};
 use crate::conditions;
 use crate::edit::{self, EditError, NewRun};
@@ -23,8 +24,8 @@ use crate::events::{self, EventCollector};
 use crate::faults;
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    AnswersEvent, AttitudesEvent, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent,
-    ExpectationEvent, ExplanationEvent, FailedEvent, FaultEvent, LogEvent, PageEvent,
+    AnswersEvent, AttitudesEvent, BeginEvent, BuiltEvent, CommandsEvent, ConditionsEvent,
+    DigestEvent, ExpectationEvent, ExplanationEvent, FailedEvent, FaultEvent, LogEvent, PageEvent,
     ScenarioEvent, ScriptsDescription, SeekingEvent, SeriesCutEvent, StateEvent, TrialsEvent,
 };
 use crate::request::{Request, Texts};
@@ -177,7 +178,8 @@ impl Live {
         {
             match request {
                 // A time line that is dragged leads to its last place, and a new run begins at once.
-                Request::GoTo { .. } | Request::Run { .. } if then.is_empty() => {}
+                Request::GoTo { .. } | Request::Run { .. } | Request::Build { .. }
+                    if then.is_empty() => {}
                 _ if then.len() < WAITING_MAX => return then.push(request),
                 _ => return self.refuse(TOO_MANY, None),
             }
@@ -306,7 +308,13 @@ impl Live {
                 self.events.push(PageEvent::Trials(TrialsEvent { percent: 100 }));
                 return;
             }
-            Request::Run { texts, keep_changes } => return self.restart(&texts, keep_changes),
+            Request::Run { texts, keep_changes } => {
+                self.restart(&texts, keep_changes);
+                return;
+            }
+            Request::Build { edit, texts, keep_changes } => {
+                return self.build(&edit, texts, keep_changes);
+            }
             Request::Load { name, text, robots, keep } => {
                 self.edit(|drafts, session| {
                     let ran = edit::load(drafts, session, (&name, &text), robots.as_deref(), keep)?;
@@ -563,9 +571,34 @@ impl Live {
         true
     }
 
-    /// Starts the run again from the beginning.
-    fn restart(&mut self, texts: &Texts, keep_changes: bool) {
-        let Some(drafts) = &mut self.drafts else { return self.refuse(NOT_EDITED, None) };
+    /// Changes the world by hand, and starts the run again from the beginning.
+    fn build(&mut self, edit: &WorldEdit, mut texts: Texts, keep_changes: bool) {
+        let Some(drafts) = &self.drafts else { return self.refuse(NOT_EDITED, None) };
+        let name = edit::name_of_scenario(drafts, self.session.run().setup());
+        if texts.get(&name).is_some_and(|text| *text != self.scenario) {
+            let text = format!("`{name}` has not run as it is shown: press Run, then build");
+            return self.refuse(&text, None);
+        }
+        let parse = |text: &str| drafts.workshop().parse(text, &[]);
+        match by_hand::apply(&self.scenario, edit, &parse) {
+            Ok(BuiltText { text, thing }) => {
+                texts.insert(name, text.clone());
+                let before = self.scenario.clone();
+                if self.restart(&texts, keep_changes) {
+                    let event = BuiltEvent { before, text, thing };
+                    self.events.push(PageEvent::Built(event));
+                }
+            }
+            Err(error) => self.refuse(&error.to_string(), error.help()),
+        }
+    }
+
+    /// Starts the run again from the beginning. Returns false if it is refused.
+    fn restart(&mut self, texts: &Texts, keep_changes: bool) -> bool {
+        let Some(drafts) = &mut self.drafts else {
+            self.refuse(NOT_EDITED, None);
+            return false;
+        };
         let begun = drafts.all_begun().clone();
         let run = self.session.run();
         match edit::begin(drafts, run, &self.scenario, texts, keep_changes) {
@@ -595,8 +628,12 @@ impl Live {
                 let begun = std::mem::replace(&mut self.events, before);
                 self.events.append(begun);
                 self.events.extend(events);
+                true
             }
-            Err(error) => self.refuse_edit(error),
+            Err(error) => {
+                self.refuse_edit(error);
+                false
+            }
         }
     }
 

@@ -7,6 +7,7 @@ use bittybuzz_fault::{FaultDescription, FaultPlace};
 use serde::Serialize;
 
 use crate::about::{AboutDescription, ScriptAbout};
+use crate::by_hand::Thing;
 use crate::compiler_message::CompilerMessage;
 use crate::controls::{Control, ControlProblem};
 use crate::grading::Mark;
@@ -83,6 +84,8 @@ pub enum PageEvent {
     Marks(MarksEvent),
     /// The run started from the beginning, as the client requested.
     Began,
+    /// The world was changed by hand, and the run started from the beginning.
+    Built(BuiltEvent),
     /// A request was not carried out.
     Refused(RefusedEvent),
     /// The run cannot go on.
@@ -716,6 +719,17 @@ pub struct RanEvent {
     pub controls: Vec<Control>,
     /// The texts about the scripts.
     pub about: Vec<ScriptAbout>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct BuiltEvent {
+    /// The text of the scenario before the change.
+    pub before: String,
+    /// The text of the scenario now.
+    pub text: String,
+    /// The thing that was added or changed; `None` after a deletion.
+    pub thing: Option<Thing>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

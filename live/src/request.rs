@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Deserialize;
 
+use crate::by_hand::WorldEdit;
 use crate::stepping::StepTo;
 
 /// Texts of scripts and of the scenario by their names, relative to the folder of the scenario.
@@ -112,6 +113,16 @@ pub enum Request {
         #[serde(default)]
         keep_changes: bool,
     },
+    /// Changes the start of the world in the text of the scenario, and starts the run again from the
+    /// beginning.
+    Build {
+        edit: WorldEdit,
+        /// The texts that the client shows, as for `Run`. The text of the scenario must be the one
+        /// with which the run began: numbers of things count in it.
+        texts: Texts,
+        #[serde(default)]
+        keep_changes: bool,
+    },
     /// Loads a text into robots as their script at the present tick.
     Load {
         /// The script of which the text is a draft.
@@ -190,8 +201,8 @@ impl Request {
     /// Returns true if the result depends on the tick of the run.
     pub fn is_about_now(&self) -> bool {
         use Request::{
-            Command, Commands, Debug, DeleteCommand, Digest, GoTo, Load, Play, Redo, Run, Scenario,
-            Step, Undo,
+            Build, Command, Commands, Debug, DeleteCommand, Digest, GoTo, Load, Play, Redo, Run,
+            Scenario, Step, Undo,
         };
         matches!(
             self,
@@ -206,6 +217,7 @@ impl Request {
                 | Commands
                 | Scenario
                 | Run { .. }
+                | Build { .. }
                 | Load { .. }
                 | Digest
         )

@@ -7,6 +7,7 @@ use std::time::Duration;
 use bittybuzz_live::{Live, PageEvent, Source};
 use serde_json::{Value, json};
 
+mod by_hand;
 mod changes;
 mod editor;
 mod faults;

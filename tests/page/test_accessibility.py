@@ -49,6 +49,10 @@ def test_axe_finds_no_violation_in_any_tab(browser, session, scheme):
     page.keyboard.press("Enter")
     expect(page.locator("#status")).to_contain_text("99")
     assert violations(page) == []
+    page.click("#build-mode")
+    expect(page.locator("#build")).to_be_visible()
+    page.locator("#things").select_option("Robot 6")
+    assert violations(page) == []
     page.click("#keys")
     assert violations(page) == []
     context.close()

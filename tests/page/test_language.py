@@ -11,6 +11,7 @@ SAME = {
     "Pause", "Messages", "3-D", "Robot", "Script", "Tests", "Partition", "Robots", "LED", "Attitude", "magenta", "cyan", "Ctrl + S",
     "CSV", "R", "B", "M", "C", "W", "x", "y", "z", "nRF24", "P2P", "medium.ir.loss", "0, 0.1, 0.3", "3, 5..8", "session.toml", "Tab",
     "bittybuzz.png", "bittybuzz.svg", "bittybuzz.html", ",  .", "Script •", "min", "max", "", "n  p", "f", "c", "F7", "F9",
+    "b", "Ctrl + C  V  D", "Ctrl + Z  Y", "r", "h", "Obstacles",
 }
 
 

@@ -75,6 +75,39 @@ def test_an_example_runs_as_on_the_command_line(page):
     expect(page.locator("#digest")).to_have_text(f"{digest} at 120.0 s")
 
 
+def test_a_world_is_built_by_hand(page, tmp_path):
+    page.click("#build-mode")
+    expect(page.locator("#canvas")).to_be_focused()
+    expect(page.locator("#build")).to_be_visible()
+    for key in ["n", "ArrowLeft", "r", "3"]:
+        page.keyboard.press(key)
+    expect(page.locator("#build .fields input").first).to_have_value("-75")
+    # Below the robots.
+    box = page.locator("#canvas").bounding_box()
+    scale = min(box["width"] / 400, box["height"] / 800) * 0.94
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(x - 100 * scale, y + 370 * scale)
+    page.mouse.down()
+    page.mouse.move(x + 100 * scale, y + 370 * scale, steps=4)
+    page.mouse.up()
+    expect(page.locator("#things option:checked")).to_have_text("Wall 1")
+    page.keyboard.press("Control+z")
+    expect(page.locator("#things")).not_to_contain_text("Wall 1")
+    page.keyboard.press("Control+y")
+    expect(page.locator("#things")).to_contain_text("Wall 1")
+    page.locator("#time").fill("1200")
+    expect(page.locator("#clock")).to_have_text("120.0 s of 120.0 s")
+    expect(page.locator("#build")).to_be_hidden()
+    page.locator("#tab-ground").click()
+    page.get_by_role("button", name="Compute").click()
+    with page.expect_download() as download:
+        page.click("#save")
+    saved = tmp_path / "saved.toml"
+    download.value.save_as(saved)
+    assert "obstacles = [{ from = [-100, -370], to = [100, -370] }]" in saved.read_text()
+    expect(page.locator("#digest")).to_have_text(f"{digest_of(saved)} at 120.0 s")
+
+
 def test_an_example_plays_and_returns_to_its_start(page):
     # So slow that the run is still played when a busy computer looks.
     page.locator("#rate").select_option("0.1")

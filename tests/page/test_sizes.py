@@ -58,3 +58,12 @@ def test_each_part_has_room_and_can_be_reached(sized):
     fail.click()
     page.click("#tab-ground")
     expect(page.locator("#ground code")).to_have_text("fail = 6")
+    page.click("#build-mode")
+    page.locator("#things").select_option("Robot 6")
+    assert height(page, "#canvas") >= 60
+    assert page.evaluate("document.documentElement.scrollWidth") <= page.viewport_size["width"]
+    page.get_by_label("x in mm", exact=True).fill("-40")
+    page.keyboard.press("Enter")
+    expect(page.locator("#build").get_by_role("button", name="Undo", exact=True)).to_be_enabled()
+    page.click("#build-done")
+    expect(page.locator("#build")).to_be_hidden()

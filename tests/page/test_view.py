@@ -63,7 +63,7 @@ def test_robots_are_shown_and_nothing_can_be_changed(page):
     expect(panel.locator(".state")).to_have_text("running")
     expect(panel.locator(".facts")).to_contain_text(re.compile(r"Radius16\.5 mmLED[A-Z]?[a-z]+"))
     expect(page.locator("#scenario")).to_have_text("s.bbr")
-    for part in ["save", "messages", "tab-log", "tab-tests", "tab-ground"]:
+    for part in ["save", "messages", "tab-log", "tab-tests", "tab-ground", "build-mode"]:
         expect(page.locator(f"#{part}")).to_be_hidden()
     expect(panel.get_by_role("button")).to_have_count(0)
     expect(page.get_by_label("Color by")).to_be_hidden()

@@ -128,6 +128,20 @@ at: number | null, };
 
 export type BreakpointsEvent = { lines: Array<BreakpointDescription>, };
 
+export type BuiltEvent = { 
+/**
+ * The text of the scenario before the change.
+ */
+before: string, 
+/**
+ * The text of the scenario now.
+ */
+text: string, 
+/**
+ * The thing that was added or changed; `null` after a deletion.
+ */
+thing: Thing | null, };
+
 export type Button = { 
 /**
  * The name of the global.
@@ -629,7 +643,7 @@ export type ObstacleDescription = { at: [number, number], radius: number, height
 
 export type OtherValue = { "unset": boolean } | { "float": string } | { "string": number } | { "table": number } | { "closure": number } | { "function": string } | { "builtin": string } | { "robot_function": string } | { "library": string } | { "swarm": number } | { "stigmergy": number };
 
-export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "answers" } & AnswersEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "stepped" } & SteppedEvent | { "event": "breakpoints" } & BreakpointsEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "attitudes" } & AttitudesEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
+export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "answers" } & AnswersEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "stepped" } & SteppedEvent | { "event": "breakpoints" } & BreakpointsEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "attitudes" } & AttitudesEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "built" } & BuiltEvent | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
@@ -812,7 +826,12 @@ texts: { [key in string]: string },
 /**
  * True if the session's commands act again at their times, except those that load scripts.
  */
-keep_changes: boolean, } } | { "load": { 
+keep_changes: boolean, } } | { "build": { edit: WorldEdit, 
+/**
+ * The texts that the client shows, as for `Run`. The text of the scenario must be the one
+ * with which the run began: numbers of things count in it.
+ */
+texts: { [key in string]: string }, keep_changes: boolean, } } | { "load": { 
 /**
  * The script of which the text is a draft.
  */
@@ -1123,6 +1142,40 @@ name: string,
  */
 value: number | null, };
 
+export type Thing = { kind: ThingKind, 
+/**
+ * The number among the things of its kind, in the order of the `begin` event.
+ */
+number: number, };
+
+export type ThingKind = "robot" | "obstacle" | "movable" | "lamp" | "patch";
+
+export type ThingValues = { 
+/**
+ * The center.
+ */
+at?: [number, number], 
+/**
+ * The ends of a wall.
+ */
+from?: [number, number], to?: [number, number], 
+/**
+ * The radius of a disc.
+ */
+radius?: number, 
+/**
+ * Width and height of a box.
+ */
+size?: [number, number], 
+/**
+ * The heading of a robot or a box, in degrees.
+ */
+heading?: number, 
+/**
+ * The brightness of a lamp or of paint.
+ */
+brightness?: number, };
+
 export type TrialEvent = { 
 /**
  * The number of the trial, from 0.
@@ -1193,6 +1246,12 @@ call: string, help: string,
  * True for functions, and false for values.
  */
 is_called: boolean, };
+
+export type WorldEdit = { "add": { kind: ThingKind, 
+/**
+ * The number of the group of a robot.
+ */
+group?: number, values: ThingValues, } } | { "change": { thing: Thing, values: ThingValues, } } | { "copy": { thing: Thing, values: ThingValues, } } | { "delete": { thing: Thing, } };
 
 export type WrittenEvent = { name: string, 
 /**

@@ -26,11 +26,15 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 47] = [
+const ASSETS: [Asset; 52] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("about.js", SCRIPT),
     asset!("bodies.js", SCRIPT),
+    asset!("build-hand.js", SCRIPT),
+    asset!("build-panel.js", SCRIPT),
+    asset!("build-picture.js", SCRIPT),
+    asset!("builder.js", SCRIPT),
     asset!("buzz.js", SCRIPT),
     asset!("camera.js", SCRIPT),
     asset!("controls.js", SCRIPT),
@@ -69,6 +73,7 @@ const ASSETS: [Asset; 47] = [
     asset!("texts-en.js", SCRIPT),
     asset!("texts-fr.js", SCRIPT),
     asset!("texts.js", SCRIPT),
+    asset!("things.js", SCRIPT),
     asset!("timeline.js", SCRIPT),
     asset!("trails.js", SCRIPT),
     asset!("trials.js", SCRIPT),

@@ -260,12 +260,14 @@ export class Editor {
 
     /** @param {ScriptEvent} event */
     show({ name, file, text, saved, sha256, words }) {
-        if (part("script-name").value !== name) {
-            return;
-        }
         const state = () => this.state(text, name === this.scenario);
         const known = this.scripts.get(file)
             ?? { name, file, world: this.world, opened: text, kept: saved, sha256, sent: new Set(), unsaved: null, words, state: state() };
+        if (part("script-name").value !== name) {
+            // The scenario of a world that is built is held, but not shown.
+            name === this.scenario && this.scripts.set(file, known);
+            return;
+        }
         this.scripts.set(file, known);
         known.words = words;
         if (this.shown !== known) {
@@ -474,8 +476,7 @@ export class Editor {
     /** @param {(text: string) => string | null} change */
     runScenario(change) {
         const known = this.known().find(({ name }) => name === this.scenario);
-        const text = known?.state.doc.toString() ?? this.begun[this.scenario ?? ""] ?? "";
-        const changed = change(text);
+        const changed = change(this.scenarioText());
         if (changed === null || this.scenario === undefined) {
             return false;
         }
@@ -490,6 +491,43 @@ export class Editor {
             this.ask({ run: { texts: { ...this.texts(), [this.scenario]: changed }, keep_changes: part("keep-changes").checked } });
         }
         return true;
+    }
+
+    // The text of the scenario, as it is shown or else as it runs.
+    scenarioText() {
+        const known = this.known().find(({ name }) => name === this.scenario);
+        return known?.state.doc.toString() ?? this.begun[this.scenario ?? ""] ?? "";
+    }
+
+    // Gets the text of the scenario, so that changes of it are kept here.
+    holdScenario() {
+        if (this.scenario !== undefined && !this.known().some(({ name }) => name === this.scenario)) {
+            this.ask({ script: { name: this.scenario } });
+        }
+    }
+
+    // The scenario runs with another text, which the editor gets. Undo brings the one before back.
+    /** @param {string} text */
+    takeScenario(text) {
+        const known = this.known().find(({ name }) => name === this.scenario);
+        if (known) {
+            known.sent.add(text);
+            const before = known.state.doc.toString();
+            let [from, end] = [0, 0];
+            const most = Math.min(before.length, text.length);
+            while (from < most && before[from] === text[from]) {
+                from += 1;
+            }
+            while (end < most - from && before[before.length - 1 - end] === text[text.length - 1 - end]) {
+                end += 1;
+            }
+            const changes = { from, to: before.length - end, insert: text.slice(from, text.length - end) };
+            known.state = known.state.update({ changes, userEvent: "input.replace" }).state;
+            if (known === this.shown) {
+                this.view.dispatch({ changes, userEvent: "input.replace" });
+            }
+            this.keepUnsaved();
+        }
     }
 
     // Robots get the text while the run goes on.

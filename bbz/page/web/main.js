@@ -1,6 +1,7 @@
 // The page: the parts, and what passes between them and the session.
 
 import { About } from "./about.js";
+import { Builder } from "./builder.js";
 import { Controls } from "./controls.js";
 import { Curves } from "./curves.js";
 import { Editor } from "./editor.js";
@@ -93,8 +94,14 @@ const ground = new Ground(command, ask, () => view.beginCut(), (seed) => {
 const controls = new Controls(command);
 const curves = new Curves(view, watch, goTo);
 const display = new DisplayOptions(view, curves, watch);
-const editor = new Editor(ask, () => state.plays || play(), () => showLights(), () => (view.chosen === null ? null : robots.ids[view.chosen]), () => view.chosen);
+const editor = new Editor(ask, () => builder.began() || state.plays || play(), () => showLights(), () => (view.chosen === null ? null : robots.ids[view.chosen]), () => view.chosen);
 const stepper = new Stepper(ask, () => view.chosen, (robot) => robots.ids[robot] ?? robot);
+const builder = new Builder(view, editor, ask, {
+    say: (text, kind = "answer") => showStatus(text, kind),
+    announce,
+    onEnter: () => select(null),
+    isAtStart: () => state.tick === 0 && !state.plays && world?.commands.length === 0,
+});
 const trials = new Trials(ask, () => editor.texts());
 const grading = new Grading(ask);
 const timeLine = new TimeLine(goTo);
@@ -106,7 +113,7 @@ new Pointer(view, {
     onLook: () => display.stopFollowing(),
     onFollow: () => part("follow").click(),
     onCut: (from, to) => ground.cut(view.idsLeftOf(from, to)),
-});
+}, builder.hand);
 
 const session = connect({
     onEvent(event) {
@@ -134,6 +141,7 @@ const session = connect({
         panel.show();
         part("robots").classList.toggle("flying", view.hasFliers);
         table.changed();
+        builder.sampled();
     },
     onEnd(text) {
         late = "";
@@ -166,6 +174,7 @@ const handlers = {
         // The playground has it in its list of examples.
         write(part("scenario"), session.link ? "" : (begun.scripts?.scenario ?? begun.recording?.name ?? ""));
         view.begin(begun, robots);
+        builder.begin(begun);
         about.begin(begun);
         panel.begin(begun, view.chosen);
         table.begin(begun);
@@ -184,7 +193,6 @@ const handlers = {
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
         document.body.classList.toggle("recorded", Boolean(begun.recording));
         document.body.classList.toggle("watched", Boolean(begun.watched));
-        write(inside(part("hint"), "[data-text]"), begun.watched ? texts.hintWatched : texts.hint);
         if (begun.watched && view.chosen === null) {
             tabs.show("log");
         }
@@ -217,6 +225,9 @@ const handlers = {
             panel.questions.forget(event.tick);
         }
         showIcon("play", event.plays ? "pause" : "play", event.plays ? texts.pause : texts.play);
+        if (event.plays || event.tick > 0) {
+            builder.ran();
+        }
         const cut = world?.recording?.cut;
         showStatus(cut ? texts.cut(cut) : event.over ? (world?.watched ? texts.noMore : texts.over) : "", cut ? "error" : "progress");
         controls.follow(world?.commands ?? [], event.tick);
@@ -332,6 +343,7 @@ const handlers = {
         if (panel.questions.refused(reason)) {
             return;
         }
+        builder.refused();
         trials.refused(reason);
         grading.refused(reason);
         showStatus(reason, "answer");
@@ -364,6 +376,9 @@ const handlers = {
     },
     began() {
         editor.began();
+    },
+    built(event) {
+        builder.built(event);
     },
     trials(event) {
         trials.advanced(event);
@@ -580,7 +595,7 @@ inside(part("help"), "dl").append(...texts.allKeys.map(([key, text]) => row(elem
 
 const [goBack, goHome, showHelp] = [() => goTo(robots.tick - 1), () => goTo(0), () => part("help").showModal()];
 /** @type {Record<string, () => void>} */
-const acts = { " ": play, ",": goBack, ".": step, Home: goHome, "?": showHelp };
+const acts = { " ": play, ",": goBack, ".": step, Home: goHome, "?": showHelp, b: () => builder.toggle() };
 part("save").onclick = () => ask("scenario");
 part("keys").onclick = showHelp;
 // The playground has these.

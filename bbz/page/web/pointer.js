@@ -24,17 +24,30 @@ const KEY_TURN = Math.PI / 24;
  */
 
 /**
+ * A mode in which the mouse and the keys build the world.
+ * @typedef {object} Hand
+ * @property {boolean} isOn
+ * @property {(at: Place, event: PointerEvent) => boolean} press returns false if the view moves
+ * @property {(at: Place, event: PointerEvent) => void} pull
+ * @property {(at: Place, event: PointerEvent) => void} release
+ * @property {(at: Place) => string} cursorAt
+ * @property {(event: KeyboardEvent) => boolean} key returns true for a key of its own
+ */
+
+/**
  * A pressed button or finger, with the robot or lamp below it.
- * @typedef {{ robot: number | null, lamp: number | null, x: number, y: number, hasMoved: boolean, isTurning: boolean }} Pressed
+ * @typedef {{ robot: number | null, lamp: number | null, x: number, y: number, hasMoved: boolean, isTurning: boolean, isOfHand?: boolean }} Pressed
  */
 
 export class Pointer {
     /**
      * @param {View} view
      * @param {Actions} actions
+     * @param {Hand} hand
      */
-    constructor(view, actions) {
+    constructor(view, actions, hand) {
         this.view = view;
+        this.hand = hand;
         this.actions = actions;
         // The place of each finger.
         /** @type {Map<number, PointerEvent>} */
@@ -77,6 +90,11 @@ export class Pointer {
             view.cut = [at, at];
             return;
         }
+        if (this.hand.isOn) {
+            const isOfHand = event.button === 0 && this.hand.press(at, event);
+            this.pressed = { robot: null, lamp: null, x: event.clientX, y: event.clientY, hasMoved: false, isTurning: false, isOfHand };
+            return;
+        }
         const robot = view.robotAt(at);
         this.pressed = { robot, lamp: robot === null ? view.lampAt(at) : null, x: event.clientX, y: event.clientY, hasMoved: false, isTurning: false };
     }
@@ -96,6 +114,10 @@ export class Pointer {
         }
         if (!pressed) {
             const at = view.toWorld(event);
+            if (this.hand.isOn) {
+                view.canvas.style.cursor = this.hand.cursorAt(at) || "grab";
+                return;
+            }
             const isOver = view.robotAt(at) !== null || view.lampAt(at) !== null;
             view.canvas.style.cursor = isOver ? "pointer" : "grab";
             return;
@@ -108,6 +130,8 @@ export class Pointer {
         if (pressed.isTurning) {
             view.turnBy(right * TURN, below * TURN);
             [pressed.x, pressed.y] = [event.clientX, event.clientY];
+        } else if (pressed.isOfHand) {
+            this.hand.pull(view.toWorld(event), event);
         } else if (pressed.robot !== null || pressed.lamp !== null) {
             const at = view.toWorld(event, pressed.robot === null ? 0 : view.robots.z[pressed.robot] / 10);
             view.dragged = { robot: pressed.robot, lamp: pressed.lamp, at: this.onGround(at, pressed.robot) };
@@ -168,6 +192,13 @@ export class Pointer {
         if (!pressed) {
             return;
         }
+        if (pressed.isOfHand) {
+            this.hand.release(view.toWorld(event), event);
+            return;
+        }
+        if (this.hand.isOn) {
+            return;
+        }
         if (!pressed.hasMoved) {
             event.shiftKey && pressed.robot !== null ? actions.onCompare(pressed.robot) : actions.onChoose(pressed.robot);
         } else if (view.dragged && event.type === "pointerup") {
@@ -185,6 +216,10 @@ export class Pointer {
     /** @param {KeyboardEvent} event */
     key(event) {
         const { view, actions } = this;
+        if (this.hand.isOn && this.hand.key(event)) {
+            event.preventDefault();
+            return;
+        }
         /** @type {Record<string, Place>} */
         const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
         /** @type {Place | undefined} */

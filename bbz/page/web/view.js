@@ -101,6 +101,9 @@ export class View {
         /** @type {[Place, Place] | null} */
         this.cut = null;
         this.isCutting = false;
+        // What is drawn over the world while it is built.
+        /** @type {{ draw: () => void } | null} */
+        this.overlay = null;
         // From 0 to 1 for each robot; `null`: by state.
         /** @type {(number | null)[] | null} */
         this.shares = null;
@@ -291,6 +294,7 @@ export class View {
         if (this.cut) {
             scene.addLine(...this.cut, 0, colors.chosen, 1.5);
         }
+        this.overlay?.draw();
         scene.flush();
         this.labels.draw(this);
         this.showScale();
