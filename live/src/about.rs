@@ -5,6 +5,14 @@
 //! ```text
 //! # try: Carry the source away: move = 1, to = [0, 360]
 //! ```
+//!
+//! All these texts may stand there once more in another language, whose code follows the kind of the
+//! line; a paragraph then begins with `text`:
+//!
+//! ```text
+//! # text.fr: Une horloge.
+//! # try.fr: Emporter la source : move = 1, to = [0, 360]
+//! ```
 
 use serde::Serialize;
 
@@ -15,7 +23,7 @@ use crate::leds::{self, LedMeaning};
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AboutDescription {
     /// The paragraphs of the comment with which the scenario begins.
-    pub text: Vec<String>,
+    pub text: Vec<Paragraph>,
     pub scripts: Vec<ScriptAbout>,
     pub proposals: Vec<Proposal>,
 }
@@ -27,8 +35,17 @@ pub struct ScriptAbout {
     /// The name of the script.
     pub name: String,
     /// The paragraphs of the comment with which the script begins.
-    pub text: Vec<String>,
+    pub text: Vec<Paragraph>,
     pub leds: Vec<LedMeaning>,
+}
+
+/// A paragraph of a comment.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct Paragraph {
+    pub text: String,
+    /// The code of the language, such as `fr`; `None` is the language of the file.
+    pub language: Option<String>,
 }
 
 /// A command that the user may try.
@@ -38,6 +55,8 @@ pub struct Proposal {
     pub label: String,
     /// The command, as the client requests it.
     pub command: String,
+    /// The code of the label's language, such as `fr`; `None` is the language of the scenario.
+    pub language: Option<String>,
 }
 
 impl AboutDescription {
@@ -57,7 +76,7 @@ impl ScriptAbout {
 
 /// Returns the paragraphs of the comment with which a file begins, without those that address
 /// programs: command lines of `bbz` with their output, lists of robots, and requests to the page.
-fn head(text: &str) -> Vec<String> {
+fn head(text: &str) -> Vec<Paragraph> {
     let lines = text.trim_start_matches('\u{feff}').lines();
     let lines: Vec<&str> = lines.map_while(|line| line.trim().strip_prefix('#')).collect();
     let paragraphs = lines.split(|line| line.trim().is_empty());
@@ -65,14 +84,35 @@ fn head(text: &str) -> Vec<String> {
         let lines = lines.iter().map(|line| line.trim()).filter(|line| !is_request(line));
         let text = lines.collect::<Vec<_>>().join(" ");
         let is_for_programs = text.starts_with("bbz ") || text.starts_with("Robots:");
-        (!text.is_empty() && !is_for_programs).then_some(text)
+        (!text.is_empty() && !is_for_programs).then(|| Paragraph::new(&text))
     });
     paragraphs.collect()
 }
 
+impl Paragraph {
+    fn new(paragraph: &str) -> Self {
+        let translated = paragraph.split_once(':').and_then(|(kind, text)| {
+            let (kind, language) = language_of(kind);
+            Some((text.trim(), language.filter(|_| kind == "text")?.to_owned()))
+        });
+        match translated {
+            Some((text, language)) => Paragraph { text: text.to_owned(), language: Some(language) },
+            None => Paragraph { text: paragraph.to_owned(), language: None },
+        }
+    }
+}
+
+/// Splits the kind of a line, such as `led.fr`, into the kind and the code of the language.
+pub fn language_of(kind: &str) -> (&str, Option<&str>) {
+    match kind.trim().split_once('.') {
+        Some((kind, language)) => (kind, Some(language)),
+        None => (kind.trim(), None),
+    }
+}
+
 /// Returns true for a line that the page reads as a request.
 fn is_request(line: &str) -> bool {
-    let kind = line.split_once(':').map_or("", |(kind, _)| kind.trim());
+    let kind = line.split_once(':').map_or("", |(kind, _)| language_of(kind).0);
     ["led", "try", "slider", "switch", "button"].contains(&kind)
 }
 
@@ -81,12 +121,15 @@ fn proposals(scenario: &str) -> Vec<Proposal> {
     let proposals = scenario.lines().filter_map(|line| {
         let comment = line.trim().strip_prefix('#')?.trim();
         let (kind, rest) = comment.split_once(':')?;
-        let (before, _) = rest.split_once('=').filter(|_| kind.trim() == "try")?;
+        let (kind, language) = language_of(kind);
+        let (before, _) = rest.split_once('=').filter(|_| kind == "try")?;
         // The label ends with the last colon before the first key.
         let at = before.rfind(':').map_or(0, |colon| colon + 1);
+        // French has a space before a colon.
         let (label, keys) = (before[..at].trim_end_matches(':').trim(), rest[at..].trim());
         let label = if label.is_empty() { keys } else { label };
-        Some(Proposal { label: label.to_owned(), command: lines_of(keys) })
+        let language = language.map(str::to_owned);
+        Some(Proposal { label: label.to_owned(), command: lines_of(keys), language })
     });
     proposals.collect()
 }
@@ -119,24 +162,38 @@ mod tests {
 
     #[test]
     fn the_head_of_a_file_is_its_first_comment_without_lines_for_programs() {
-        let text = "# Day and night:\n# a start.\n#\n# led: 1 = day\n# More of it.\n#\n# Robots: kilobot\n#\n\
-            # bbz run light.bzz\n# prints\n#   led(1)\n\n# Not here.\n";
-        assert_eq!(head(text), ["Day and night: a start.", "More of it."]);
-        assert_eq!(head("[world]\n# Later.\n"), Vec::<String>::new());
+        let text = "# Day and night:\n# a start.\n#\n# led: 1 = day\n# led.fr: 1 = jour\n# More of it.\n#\n# Robots: kilobot\n#\n\
+            # text.fr: Jour et nuit :\n# un début.\n#\n# bbz run light.bzz\n# prints\n#   led(1)\n\n# Not here.\n";
+        let paragraph = |text: &str, language: Option<&str>| Paragraph {
+            text: text.to_owned(),
+            language: language.map(str::to_owned),
+        };
+        let expected = [
+            paragraph("Day and night: a start.", None),
+            paragraph("More of it.", None),
+            paragraph("Jour et nuit : un début.", Some("fr")),
+        ];
+        assert_eq!(head(text), expected);
+        assert_eq!(head("[world]\n# Later.\n"), Vec::<Paragraph>::new());
     }
 
     #[test]
     fn proposals_are_commands_with_labels() {
         let text = "# try: Carry it away: move = 1, to = [0, 360]\n[world]\n# try: fail = 3\n\
-            # try: Say: it: call = \"say\", with = [\"a, b\", 'c']\n# try: nothing\n# retry: fail = 1\n";
+            # try: Say: it: call = \"say\", with = [\"a, b\", 'c']\n# try: nothing\n# retry: fail = 1\n\
+            # try.fr: En panne : fail = 3\n";
         let proposal = |label: &str, command: &str| Proposal {
             label: label.to_owned(),
             command: command.to_owned(),
+            language: None,
         };
+        let french =
+            Proposal { language: Some("fr".to_owned()), ..proposal("En panne", "fail = 3") };
         let expected = [
             proposal("Carry it away", "move = 1\nto = [0, 360]"),
             proposal("fail = 3", "fail = 3"),
             proposal("Say: it", "call = \"say\"\nwith = [\"a, b\", 'c']"),
+            french,
         ];
         assert_eq!(proposals(text), expected);
     }

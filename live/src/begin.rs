@@ -4,7 +4,7 @@ use bittybuzz_arena::engine::Medium;
 use bittybuzz_arena::robot::{Glyph, SurroundingsKey};
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{
-    Group, MovableSection, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape,
+    Group, MovableSection, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape, Task,
 };
 
 use crate::band;
@@ -12,7 +12,7 @@ use crate::conditions;
 use crate::page_event::{
     AssignmentDescription, BeginEvent, ExpectationDescription, FenceDescription, GlyphName,
     GroupDescription, LinkDescription, MediumDescription, MovableDescription, ObstacleDescription,
-    PatchDescription, QuantityNames, SurroundingsDescription,
+    PatchDescription, QuantityNames, SurroundingsDescription, TaskDescription,
 };
 use crate::relative::relative;
 
@@ -40,8 +40,8 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         ExpectationDescription { name, text, line: expect.place.line, band: band::describe(expect) }
     });
     let assignment = scenario.assignment.as_ref().map(|assignment| AssignmentDescription {
-        title: assignment.title.clone(),
-        text: assignment.text.clone(),
+        task: task(&assignment.task),
+        translations: assignment.french.iter().map(|french| ("fr", task(french))).collect(),
     });
     BeginEvent {
         recording: None,
@@ -76,6 +76,10 @@ fn fence([least, most]: [[f32; 3]; 2]) -> FenceDescription {
         most: [limit(most[0]), limit(most[1])],
         height: limit(most[2]),
     }
+}
+
+fn task(task: &Task) -> TaskDescription {
+    TaskDescription { title: task.title.clone(), text: task.text.clone() }
 }
 
 fn glyph(glyph: Glyph) -> GlyphName {

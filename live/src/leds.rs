@@ -3,10 +3,14 @@
 //! ```text
 //! # led: 1 = waiting
 //! # led: 2 = in a group
+//! # led.fr: 2 = dans un groupe
 //! ```
+
+use std::collections::BTreeSet;
 
 use serde::Serialize;
 
+use crate::about::language_of;
 use crate::controls::ControlProblem;
 
 /// The color of an LED and its meaning in a script.
@@ -16,25 +20,27 @@ pub struct LedMeaning {
     /// The sum of 1 for red, 2 for green and 4 for blue, as `led()` takes it.
     pub color: u8,
     pub meaning: String,
+    /// The code of the language, such as `fr`; `None` is the language of the script.
+    pub language: Option<String>,
 }
 
 const FORM: &str =
     "the meaning of a color is written as `# led: 2 = in a group`, with a color from 0 to 7";
 
-/// Reads the meanings in a script. Of two meanings of one color, the later one is an error.
+/// Reads the meanings in a script. Of two meanings of one color in one language, the
+/// later one is an error.
 pub fn read(text: &str) -> Vec<Result<LedMeaning, ControlProblem>> {
-    let mut known = [false; 8];
+    let mut known = BTreeSet::new();
     let lines = text.lines().zip(1_u32..);
     let meanings = lines.filter_map(|(line, number)| {
         let comment = line.trim().strip_prefix('#')?.trim();
         let (kind, rest) = comment.split_once(':')?;
-        (kind.trim() == "led").then(|| {
-            let meaning = meaning(rest).ok_or_else(|| FORM.to_owned());
-            let meaning = meaning.and_then(|one| {
-                match std::mem::replace(&mut known[usize::from(one.color)], true) {
-                    true => Err(format!("the color {} has a meaning already", one.color)),
-                    false => Ok(one),
-                }
+        let (kind, language) = language_of(kind);
+        (kind == "led").then(|| {
+            let meaning = meaning(rest, language).ok_or_else(|| FORM.to_owned());
+            let meaning = meaning.and_then(|one| match known.insert((language, one.color)) {
+                false => Err(format!("the color {} has a meaning already", one.color)),
+                true => Ok(one),
             });
             meaning.map_err(|problem| ControlProblem { line: number, problem })
         })
@@ -43,11 +49,12 @@ pub fn read(text: &str) -> Vec<Result<LedMeaning, ControlProblem>> {
 }
 
 /// Reads `2 = in a group`.
-fn meaning(text: &str) -> Option<LedMeaning> {
+fn meaning(text: &str, language: Option<&str>) -> Option<LedMeaning> {
     let (color, meaning) = text.split_once('=')?;
     let color = color.trim().parse().ok().filter(|color| *color <= 7)?;
     let meaning = meaning.trim();
-    (!meaning.is_empty()).then(|| LedMeaning { color, meaning: meaning.to_owned() })
+    let language = language.map(str::to_owned);
+    (!meaning.is_empty()).then(|| LedMeaning { color, meaning: meaning.to_owned(), language })
 }
 
 #[cfg(test)]
@@ -56,10 +63,17 @@ mod tests {
 
     #[test]
     fn meanings_are_read_from_comments() {
-        let text =
-            "# Red = danger.\n# led: 1 = waiting\nled(1)  # led: no\n  #led:7=free = white\n";
-        let meaning = |color, meaning: &str| Ok(LedMeaning { color, meaning: meaning.to_owned() });
-        assert_eq!(read(text), [meaning(1, "waiting"), meaning(7, "free = white")]);
+        let text = "# Red = danger.\n# led: 1 = waiting\nled(1)  # led: no\n  #led:7=free = white\n# led.fr: 1 = attend\n";
+        let meaning = |color, meaning: &str, language: Option<&str>| {
+            let language = language.map(str::to_owned);
+            Ok(LedMeaning { color, meaning: meaning.to_owned(), language })
+        };
+        let expected = [
+            meaning(1, "waiting", None),
+            meaning(7, "free = white", None),
+            meaning(1, "attend", Some("fr")),
+        ];
+        assert_eq!(read(text), expected);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! The test of this module writes the same types as declarations for the scripts of the page,
 //! together with the requests of [`Request`](crate::request::Request).
 
+use std::collections::BTreeMap;
+
 use bittybuzz_fault::{FaultDescription, FaultPlace};
 use serde::Serialize;
 
@@ -352,6 +354,15 @@ pub struct BandDescription {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct AssignmentDescription {
+    #[serde(flatten)]
+    pub task: TaskDescription,
+    /// The task in other languages, by their codes, such as `fr`.
+    pub translations: BTreeMap<&'static str, TaskDescription>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct TaskDescription {
     pub title: String,
     /// The task in words.
     pub text: String,

@@ -64,6 +64,8 @@ pub const OUTPUT: &str = "[output]";
 pub const FILE: &str = "this [[file]]";
 /// The task for a class.
 pub const ASSIGNMENT: &str = "[assignment]";
+/// The task in French.
+pub const ASSIGNMENT_FR: &str = "[assignment.fr]";
 
 /// Makes a table of keys from the name, value, default and help of each.
 #[macro_export]
@@ -293,6 +295,14 @@ pub const SECTIONS: &[SectionKeys] = &[
         keys: scenario_keys![
             "title" "string" "" "title of the task",
             "text" "string" "empty" "description of the task; an empty line begins a paragraph",
+            "fr" "table" "none" "the task in French, for readers whose page is in French",
+        ],
+    },
+    SectionKeys {
+        name: ASSIGNMENT_FR,
+        keys: scenario_keys![
+            "title" "string" "" "title of the task in French",
+            "text" "string" "empty" "description of the task in French",
         ],
     },
     SectionKeys {

@@ -41,7 +41,7 @@ use folder::Folder;
 
 pub(crate) use adversary::first_too_many;
 pub use adversary::{ADVERSARIES_MAX, Adversary, AdversaryKind};
-pub use assignment::Assignment;
+pub use assignment::{Assignment, Task};
 pub use backend::{Backend, DoorSection, ImageSection};
 pub use bridge::BridgeSection;
 pub(crate) use error::settings_error;

@@ -4,7 +4,7 @@ export type AboutDescription = {
 /**
  * The paragraphs of the comment with which the scenario begins.
  */
-text: Array<string>, scripts: Array<ScriptAbout>, proposals: Array<Proposal>, };
+text: Array<Paragraph>, scripts: Array<ScriptAbout>, proposals: Array<Proposal>, };
 
 export type ActivityName = "empty" | "idle" | "running" | "waiting" | "faulted" | "resting";
 
@@ -12,7 +12,11 @@ export type AnswerKind = "value" | "missing";
 
 export type AnswersEvent = { lines: Array<LogEvent>, };
 
-export type AssignmentDescription = { title: string, 
+export type AssignmentDescription = { 
+/**
+ * The task in other languages, by their codes, such as `fr`.
+ */
+translations: { [key in string]: TaskDescription }, title: string, 
 /**
  * The task in words.
  */
@@ -458,7 +462,11 @@ export type LedMeaning = {
 /**
  * The sum of 1 for red, 2 for green and 4 for blue, as `led()` takes it.
  */
-color: number, meaning: string, };
+color: number, meaning: string, 
+/**
+ * The code of the language, such as `fr`; `null` is the language of the script.
+ */
+language: string | null, };
 
 export type LightDescription = { 
 /**
@@ -645,6 +653,12 @@ export type OtherValue = { "unset": boolean } | { "float": string } | { "string"
 
 export type PageEvent = { "event": "begin" } & BeginEvent | { "event": "state" } & StateEvent | { "event": "seeking" } & SeekingEvent | { "event": "conditions" } & ConditionsEvent | { "event": "logs" } & LogsEvent | { "event": "answers" } & AnswersEvent | { "event": "fault" } & FaultEvent | { "event": "stopped" } & StoppedEvent | { "event": "stepped" } & SteppedEvent | { "event": "breakpoints" } & BreakpointsEvent | { "event": "expectation" } & ExpectationEvent | { "event": "inspection" } & InspectionEvent | { "event": "attitudes" } & AttitudesEvent | { "event": "messages" } & MessagesEvent | { "event": "quantity" } & QuantityEvent | { "event": "series" } & SeriesEvent | { "event": "series_cut" } & SeriesCutEvent | { "event": "series_progress" } & SeriesProgressEvent | { "event": "commands" } & CommandsEvent | { "event": "scenario" } & ScenarioEvent | { "event": "script" } & ScriptEvent | { "event": "diagnostics" } & DiagnosticsEvent | { "event": "ran" } & RanEvent | { "event": "written" } & WrittenEvent | { "event": "changed" } & ChangedEvent | { "event": "explanation" } & ExplanationEvent | { "event": "digest" } & DigestEvent | { "event": "trials" } & TrialsEvent | { "event": "trial" } & TrialEvent | { "event": "result" } & ResultEvent | { "event": "marks" } & MarksEvent | { "event": "began" } | { "event": "built" } & BuiltEvent | { "event": "refused" } & RefusedEvent | { "event": "failed" } & FailedEvent | { "event": "defect" } & DefectEvent;
 
+export type Paragraph = { text: string, 
+/**
+ * The code of the language, such as `fr`; `null` is the language of the file.
+ */
+language: string | null, };
+
 export type PatchDescription = { at: [number, number], radius: number, brightness: number, } | { at: [number, number], size: [number, number], heading: number, brightness: number, };
 
 export type PoseErrorDescription = { 
@@ -665,7 +679,11 @@ export type Proposal = { label: string,
 /**
  * The command, as the client requests it.
  */
-command: string, };
+command: string, 
+/**
+ * The code of the label's language, such as `fr`; `null` is the language of the scenario.
+ */
+language: string | null, };
 
 export type QuantityEvent = { tick: number, name: string, 
 /**
@@ -943,7 +961,7 @@ name: string,
 /**
  * The paragraphs of the comment with which the script begins.
  */
-text: Array<string>, leds: Array<LedMeaning>, };
+text: Array<Paragraph>, leds: Array<LedMeaning>, };
 
 export type ScriptEvent = { name: string, 
 /**
@@ -1141,6 +1159,12 @@ name: string,
  * The number that the script assigns to the global, if it is a literal.
  */
 value: number | null, };
+
+export type TaskDescription = { title: string, 
+/**
+ * The task in words.
+ */
+text: string, };
 
 export type Thing = { kind: ThingKind, 
 /**

@@ -2,10 +2,10 @@
 
 import { element, part, write } from "./element.js";
 import { icon, led } from "./glyph.js";
-import { texts } from "./texts.js";
+import { language, texts, translated } from "./texts.js";
 
 /**
- * @import { LightDescription, ScriptAbout } from "./events"
+ * @import { AssignmentDescription, LightDescription, Paragraph, ScriptAbout } from "./events"
  * @import { Group, World } from "./page"
  */
 
@@ -22,11 +22,12 @@ export class About {
     /** @param {World} world */
     begin(world) {
         this.world = world;
-        const { about, assignment } = world;
-        const title = assignment?.title ?? titleOf(world.scripts?.scenario ?? "");
-        const paragraphs = assignment?.text ? assignment.text.split(/\n\s*\n/) : about?.text ?? [];
+        const { about } = world;
+        const task = taskOf(world.assignment);
+        const title = task?.title ?? titleOf(world.scripts?.scenario ?? "");
+        const paragraphs = task?.text ? task.text.split(/\n\s*\n/) : paragraphsOf(about?.text ?? []);
         const scripts = about?.scripts ?? [];
-        const tries = (about?.proposals ?? []).map(({ label, command }) =>
+        const tries = translated(about?.proposals ?? []).map(({ label, command }) =>
             element("button", { type: "button", title: command, onclick: () => this.command(command) }, label));
         this.lights = element("section");
         const sections = [
@@ -34,7 +35,7 @@ export class About {
             ...scripts.filter(({ leds }) => leds.length > 0).map((script) => this.section(texts.colorsOf(script.name), meanings(script))),
             this.lights,
             ...(tries.length > 0 ? [this.section(texts.tries, element("div", { class: "tries" }, ...tries))] : []),
-            ...scripts.filter(({ text }) => text.length > 0).map(({ name, text }) => this.section(texts.scriptOf(name), ...text.map(paragraph))),
+            ...scripts.filter(({ text }) => text.length > 0).map(({ name, text }) => this.section(texts.scriptOf(name), ...paragraphsOf(text).map(paragraph))),
         ];
         part("about").replaceChildren(...(title ? [element("h2", {}, title)] : []), ...paragraphs.map(paragraph), ...sections);
         this.show(world.lights);
@@ -67,6 +68,12 @@ export class About {
     }
 }
 
+// The task in the language of the page, or else in that of the scenario.
+/** @param {AssignmentDescription | null} assignment */
+export function taskOf(assignment) {
+    return assignment && (assignment.translations[language] ?? assignment);
+}
+
 // The meaning of a color in a script; "" if the script has none.
 /**
  * @param {World} world
@@ -75,7 +82,12 @@ export class About {
  */
 export function meaningOf(world, group, color) {
     const script = world.about?.scripts.find(({ name }) => name === group.script);
-    return script?.leds.find((one) => one.color === color)?.meaning ?? "";
+    return translated(script?.leds ?? []).find((one) => one.color === color)?.meaning ?? "";
+}
+
+/** @param {Paragraph[]} all */
+function paragraphsOf(all) {
+    return translated(all).map(({ text }) => text);
 }
 
 /** @param {string} text */
@@ -98,7 +110,7 @@ function kind({ name, robot, script, glyph, count, first_id: first, link }) {
 
 /** @param {ScriptAbout} script */
 function meanings({ leds }) {
-    return element("ul", { class: "leds" }, ...leds.map(({ color, meaning }) => element("li", {}, led(color), `${texts.colors[color]}: ${meaning}`)));
+    return element("ul", { class: "leds" }, ...translated(leds).map(({ color, meaning }) => element("li", {}, led(color), texts.ledOf(color, meaning))));
 }
 
 // The name of a file as a title.

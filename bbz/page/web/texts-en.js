@@ -36,7 +36,7 @@ export const english = {
     example: "Example",
 
     keys: "Keys and language", close: "Close",
-    language: "Language", ofEnglish: "Messages of the compiler, scenarios and the book are in English.",
+    language: "Language", ofEnglish: "Messages of the compiler, scripts and the book are in English; the lessons are in French, too.",
     allKeys: [
         ["Space", "play or pause"], [",  .", "a tick back, a tick forward"], ["Home", "to the beginning"],
         ["Tab", "from one part of the page to the next"],

@@ -37,7 +37,7 @@ export const french = {
     example: "Exemple",
 
     keys: "Touches et langue", close: "Fermer",
-    language: "Langue", ofEnglish: "Les messages du compilateur, les scénarios et le livre sont en anglais.",
+    language: "Langue", ofEnglish: "Les messages du compilateur, les scripts et le livre sont en anglais ; les leçons sont aussi en français.",
     allKeys: [
         ["Espace", "lecture ou pause"], [",  .", "un pas en arrière, un pas en avant"], ["Origine", "au début"],
         ["Tab", "d'une partie de la page à la suivante"],

@@ -25,6 +25,16 @@ function kept() {
     }
 }
 
+// The texts of a file that are in the language of the page, or else those in the language of the file.
+/**
+ * @template {{ language: string | null }} T
+ * @param {T[]} all
+ */
+export function translated(all) {
+    const own = all.filter((one) => one.language === language);
+    return own.length > 0 ? own : all.filter((one) => one.language === null);
+}
+
 // The page in another language, from the next time on that it is loaded.
 /** @param {string} name */
 export function keepLanguage(name) {

@@ -1,5 +1,6 @@
 // The assignment, the hand-in, and trials next to the run.
 
+import { taskOf } from "./about.js";
 import { element, option, part, save, saveTable, write } from "./element.js";
 import { quantile } from "./scale.js";
 import { texts } from "./texts.js";
@@ -87,8 +88,9 @@ export class Trials {
 
     /** @param {AssignmentDescription | null} assignment */
     showAssignment(assignment) {
-        part("assignment").hidden = !assignment;
-        if (!assignment) {
+        const task = taskOf(assignment);
+        part("assignment").hidden = !task;
+        if (!task) {
             return;
         }
         const keep = () => {
@@ -106,8 +108,8 @@ export class Trials {
         }, name, element("button", { class: "main", title: texts.handInHelp }, texts.handIn));
         this.handed = element("p", { role: "status" });
         // Lines of a paragraph may be as long as they are.
-        const paragraphs = assignment.text.split(/\n\s*\n/).filter((one) => one.trim() !== "");
-        part("assignment").replaceChildren(element("h2", {}, assignment.title),
+        const paragraphs = task.text.split(/\n\s*\n/).filter((one) => one.trim() !== "");
+        part("assignment").replaceChildren(element("h2", {}, task.title),
             ...paragraphs.map((one) => element("p", {}, ...one.split("`").map((piece, at) => (at % 2 === 1 ? element("code", {}, piece) : piece)))),
             form, this.handed);
     }

@@ -53,7 +53,7 @@ impl Live {
         let scripts = edit::handed_in(drafts, self.session.run(), &self.scenario, shown)?;
         let setup = edit::trial(drafts, &self.scenario, None, &scripts)?;
         let scenario = &setup.scenario;
-        let title = scenario.assignment.as_ref().map(|assignment| assignment.title.clone());
+        let title = scenario.assignment.as_ref().map(|assignment| assignment.task.title.clone());
         let title = title.ok_or("the scenario has no [assignment]")?;
         let name = edit::name_of_scenario(drafts, &setup);
         let text = TextFile::new(name, self.scenario.clone());
