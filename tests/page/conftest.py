@@ -1,7 +1,9 @@
 """A browser for all tests: CHROMIUM names it [default: chromium-headless-shell]."""
 
 import os
+import pathlib
 import shutil
+import time
 
 import pytest
 from playwright.sync_api import expect, sync_playwright
@@ -22,18 +24,46 @@ def launch(chromium):
 def note_problems(page, problems):
     """Appends to `problems` each message of the page's console, and each error that no code catches."""
 
-    def note(message):
+    def note(text):
         # The picture of a canvas is read back, as the rest of the page is not computed by WebGL (`launch`).
-        if "GPU stall due to ReadPixels" not in message.text:
-            problems.append(message.text)
+        is_reading = "GPU stall due to ReadPixels" in text
+        # In Firefox, Playwright adds this style to a page of which it takes a picture, and the policy of the page forbids it.
+        is_picture = "sha256-YjaKGiklmzC6wjXA513HAMmzus8VE61XCOT+SmwNZWA=" in text
+        if not is_reading and not is_picture:
+            problems.append(text)
 
-    page.on("console", note)
-    page.on("pageerror", lambda error: problems.append(str(error)))
+    page.on("console", lambda message: note(message.text))
+    page.on("pageerror", lambda error: note(str(error)))
+
+
+def saved(page, act, seconds=30):
+    """Returns the path of the file that the page saves by `act`."""
+    browser = page.context.browser
+    if not hasattr(browser, "saves_in"):
+        with page.expect_download(timeout=seconds * 1000) as download:
+            act()
+        return pathlib.Path(download.value.path())
+    # Firefox reports no download that a script of the page begins, so the folder is watched.
+    before = set(browser.saves_in.iterdir())
+    act()
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        # The file has its name from the beginning, and is empty until its other part has been renamed.
+        new = [file for file in browser.saves_in.iterdir() if file not in before and file.suffix != ".part" and file.stat().st_size > 0]
+        if new:
+            return new[0]
+        page.wait_for_timeout(50)
+    raise AssertionError("no file was saved")
 
 
 @pytest.fixture(scope="session")
-def browser():
-    with sync_playwright() as playwright:
-        started = launch(playwright.chromium)
+def playwright():
+    with sync_playwright() as started:
         yield started
-        started.close()
+
+
+@pytest.fixture(scope="session")
+def browser(playwright):
+    started = launch(playwright.chromium)
+    yield started
+    started.close()

@@ -1,5 +1,7 @@
 """Follows the numbered steps of each lesson and of the tutorial in the page, as they are written in docs.
 
+Pages in French have the same steps as the pages in English, so that either can be followed.
+
 A sentence of a step either is one of ACTIONS, which are done and checked in the page, or it is about the script alone. A sentence that
 names a part of the page in any other words fails the test, so that the texts and the page stay the same.
 """
@@ -13,15 +15,21 @@ import tomllib
 import xml.etree.ElementTree
 
 import pytest
-from conftest import note_problems
+from conftest import note_problems, saved
+from french_steps import FRENCH_STEPS
 from playwright.sync_api import expect
 from test_editor import write
 from test_page import address, bbz
 
 LESSONS = sorted(pathlib.Path("docs/lessons").glob("[0-9]*.md"))
+FRENCH_LESSONS = [path.parent / "fr" / path.name for path in LESSONS]
 
-# Words of sentences that ask for something in the page.
-OF_THE_PAGE = re.compile(r"\*\w|\b(press|click|drag|type|open|choose|select|page|button|tab|lights?|mouse|ctrl)\b", re.IGNORECASE)
+# Words of sentences that ask for something in the page, in English and in French.
+OF_THE_PAGE = re.compile(
+    r"\*\w|\b(press|click|drag|type|open|choose|select|page|button|tab|lights?|mouse|ctrl"
+    r"|pressez|cliquez|glisser|tapez|ouvrez|choisissez|bouton|onglet|voyants?|souris)\b",
+    re.IGNORECASE,
+)
 
 
 def name_of(lesson):
@@ -30,9 +38,9 @@ def name_of(lesson):
 
 def steps(text):
     """The sentences of the numbered steps of an assignment."""
-    section = re.search(r"^## The assignment\n(.*?)^## ", text, re.MULTILINE | re.DOTALL)[1]
+    section = re.search(r"^## (?:The assignment|Le devoir)\n(.*?)^## ", text.replace("\N{NO-BREAK SPACE}", " "), re.MULTILINE | re.DOTALL)[1]
     found = re.findall(r"^\d+\. (.*(?:\n {3}.*)*)", section, re.MULTILINE)
-    return [sentence.strip() for step in found for line in step.split("\n") for sentence in re.split(r"(?<=[.?!]) (?=[A-Z*])", line)]
+    return [sentence.strip() for step in found for line in step.split("\n") for sentence in re.split(r"(?<=[.?!]) (?=[A-ZÀÉ*])", line)]
 
 
 def wrong_script(lesson):
@@ -50,7 +58,7 @@ def solution(lesson):
 
 
 class Learner:
-    """A reader of a lesson beside the page."""
+    """A reader of a lesson beside the page, in the language of the page."""
 
     def __init__(self, page, lesson):
         self.page, self.lesson = page, lesson
@@ -58,13 +66,28 @@ class Learner:
             self.scenario = tomllib.load(file)
         self.handed_in = None
 
+    def text(self, name, *arguments):
+        """A text of the page by its name in the files of texts."""
+        return self.page.evaluate(
+            """async ([name, values]) => {
+                const text = (await import("./texts.js")).texts[name];
+                return typeof text === "function" ? text(...values) : text;
+            }""",
+            [name, arguments],
+        )
+
+    def clock(self, seconds):
+        return self.text("clock", seconds, self.scenario["world"]["duration"])
+
     def is_at_the_end(self):
-        seconds = self.scenario["world"]["duration"]
-        expect(self.page.locator("#status")).to_have_text("The run is over.", timeout=120_000)
-        expect(self.page.locator("#clock")).to_have_text(f"{seconds:.1f} s of {seconds:.1f} s")
+        expect(self.page.locator("#status")).to_have_text(self.text("over"), timeout=120_000)
+        expect(self.page.locator("#clock")).to_have_text(self.clock(self.scenario["world"]["duration"]))
 
     def has_started(self):
-        expect(self.page.locator("#script-status")).to_have_text("The run has started from the beginning.")
+        expect(self.page.locator("#script-status")).to_have_text(self.text("began"))
+
+    def is_playing(self):
+        expect(self.page.locator("#play")).to_have_text(self.text("pause"))
 
     def lights(self):
         self.page.click("#tab-tests")
@@ -85,11 +108,11 @@ class Learner:
 
     def sees_trails(self, *_):
         before = self.page.locator("#canvas").screenshot()
-        self.page.get_by_label("Trails", exact=True).check()
+        self.page.get_by_label(self.text("trails"), exact=True).check()
         # A run that is over at once has no way to show.
         self.page.locator("#rate").select_option("100")
         self.plays()
-        self.page.locator("#rate").select_option("as fast as it can")
+        self.page.locator("#rate").select_option(self.text("asFast"))
         assert self.page.locator("#canvas").screenshot() != before
 
     def answers(self, *_):
@@ -98,7 +121,7 @@ class Learner:
         write(page, wrong_script(self.lesson), "# Robots:")
         # The lights of the run before are not those of the new text.
         self.lights()
-        expect(page.locator("#older")).to_contain_text("of an older text")
+        expect(page.locator("#older")).to_have_text(self.text("older")["edited"])
         page.click("#tab-script")
         page.click("#run")
         self.has_started()
@@ -118,19 +141,19 @@ class Learner:
         page = self.page
         expect(self.lights()).to_have_count(self.count())
         expect(page.locator("#expectations .held")).to_have_count(self.count())
-        page.get_by_label("Your name").fill("Ada")
-        with page.expect_download(timeout=120_000) as download:
-            page.get_by_role("button", name="Hand in").click()
-        expect(page.locator("#assignment [role=status]")).to_contain_text(f"{self.count()} of {self.count()} held. ")
-        self.handed_in = json.loads(download.value.path().read_text())
+        page.get_by_label(self.text("by")).fill("Ada")
+        path = saved(page, page.get_by_role("button", name=self.text("handIn"), exact=True).click, seconds=120)
+        self.handed_in = json.loads(path.read_text())
+        names = re.escape(self.text("handedIn", {"name": "NAME", "held": self.count(), "count": self.count(), "success": True}))
+        expect(page.locator("#assignment [role=status]")).to_have_text(re.compile(names.replace("NAME", r"[\w-]+\.json")))
 
     def drags_the_lamp(self, *_):
         page = self.page
         page.locator("#rate").select_option("1")
         page.click("#play")
-        expect(page.locator("#play")).to_have_text("Pause")
+        self.is_playing()
         page.click("#tab-ground")
-        lamp = page.get_by_label("lamp 1: x in mm")
+        lamp = page.get_by_label(self.text("lampX", 1))
         expect(lamp).to_have_value("-400")
         self.sees_robots(left=2, right=1)
         # To the other side: the robots look outwards.
@@ -141,7 +164,7 @@ class Learner:
     def sees_robots(self, left, right):
         """Waits for the colors of the robots on both sides, in a drawing of the world."""
         for _ in range(40):
-            lit = leds(self.page)
+            lit = leds(self.page, self.text("drawing"))
             if [lit[robot] for robot in sorted(lit)] == [left] * 6 + [right] * 6:
                 return
             # The next drawing is that of a later tick.
@@ -150,19 +173,19 @@ class Learner:
         raise AssertionError(lit)
 
     def sees_messages(self, *_):
-        self.page.get_by_label("Messages", exact=True).check()
+        self.page.get_by_label(self.text("messages"), exact=True).check()
 
     def plays_to_see_them(self, *_):
         """Robots stand, and their colors change each five seconds: what else changes are the lines."""
         page = self.page
         page.click("#start")
-        expect(page.locator("#clock")).to_contain_text("0.0 s of")
+        expect(page.locator("#clock")).to_have_text(self.clock(0))
         page.locator("#time").fill("10")
-        expect(page.locator("#clock")).to_contain_text("1.0 s of")
+        expect(page.locator("#clock")).to_have_text(self.clock(1))
         before = page.locator("#canvas").screenshot()
         for tick in range(11, 31):
             page.click("#step")
-            expect(page.locator("#clock")).to_contain_text(f"{tick / 10:.1f} s of")
+            expect(page.locator("#clock")).to_have_text(self.clock(tick / 10))
             if page.locator("#canvas").screenshot() != before:
                 break
         assert page.locator("#canvas").screenshot() != before
@@ -172,17 +195,17 @@ class Learner:
     def clicks_on_a_robot(self, *_):
         click(self.page, self.scenario, (0, 0))
         expect(self.page.locator("#robot h2")).to_contain_text("Robot")
-        expect(self.page.locator("#robot section", has_text="Neighbors")).to_contain_text("mm away")
+        expect(self.page.locator("#robot section", has_text=self.text("neighbors"))).to_contain_text(re.compile(r"\d mm"))
 
     def fails_robots(self, *_):
         page = self.page
         page.locator("#rate").select_option("1")
         page.click("#play")
-        expect(page.locator("#play")).to_have_text("Pause")
+        self.is_playing()
         click(page, self.scenario, (-150, 30))
         expect(page.locator("#robot h2")).to_contain_text("Robot")
-        page.get_by_role("button", name="Fail", exact=True).click()
-        expect(page.locator("#robot .state")).to_have_text("failed")
+        page.get_by_role("button", name=self.text("fail"), exact=True).click()
+        expect(page.locator("#robot .state")).to_have_text(self.text("states")[2])
 
 
 ACTIONS = [
@@ -196,6 +219,7 @@ ACTIONS = [
     (r"Press \*Play\*, which starts again at the end of a run, to see them\.", Learner.plays_to_see_them),
     (r"Click on a robot: the page shows its neighbors and their distances\.", Learner.clicks_on_a_robot),
     (r"Press \*Play\*, which starts again at the end of a run, click on other robots, and press \*Fail\*\.", Learner.fails_robots),
+    *((words, getattr(Learner, act)) for words, act in FRENCH_STEPS),
 ]
 
 
@@ -232,12 +256,11 @@ def drag(page, scenario, start, end):
 LIT = {f"rgb({','.join('242' if color >> part & 1 else '26' for part in range(3))})": color for color in range(1, 8)}
 
 
-def leds(page):
+def leds(page, drawing="Drawing"):
     """The colors of the LEDs by the ids of the robots, from a drawing of the world."""
-    with page.expect_download() as download:
-        page.get_by_role("button", name="Drawing").click()
+    path = saved(page, page.get_by_role("button", name=drawing).click)
     name = "{http://www.w3.org/2000/svg}"
-    bodies = xml.etree.ElementTree.parse(download.value.path()).getroot().iter(f"{name}g")
+    bodies = xml.etree.ElementTree.parse(path).getroot().iter(f"{name}g")
     titled = [body for body in bodies if body.find(f"{name}title") is not None]
     return {int(body.find(f"{name}title").text): max(LIT.get(disc.get("fill"), 0) for disc in body.iter(f"{name}circle")) for body in titled}
 
@@ -256,7 +279,7 @@ def opened(browser, tmp_path):
         page.on("dialog", lambda dialog: dialog.accept())
         note_problems(page, problems)
         page.goto(address(process))
-        expect(page.locator("#clock")).to_contain_text("0.0 s of")
+        expect(page.locator("#clock")).to_contain_text("0.0 s ")
         pages.append(page)
         return page
 
@@ -267,7 +290,7 @@ def opened(browser, tmp_path):
     for process in processes:
         process.kill()
         process.wait(timeout=60)
-    assert problems == []
+    assert problems == [], "\n".join(problems)
 
 
 @pytest.mark.parametrize("lesson", LESSONS, ids=name_of)
@@ -278,16 +301,58 @@ def test_the_steps_of_a_lesson_lead_to_green_lights(opened, lesson):
     found = [action(sentence) for sentence in steps(text)]
     assert Learner.answers in found and Learner.hands_in in found
     page = opened(command)
-    page.locator("#rate").select_option("as fast as it can")
     learner = Learner(page, name_of(lesson))
+    page.locator("#rate").select_option(learner.text("asFast"))
     for do in filter(None, found):
         do(learner)
     assert learner.handed_in["success"] is True
     assert [one["text"] for one in learner.handed_in["scripts"]] == [solution(learner.lesson)]
 
 
+CODE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+
+
+def linked(path):
+    """The files to which a page leads, but for the same page in another language."""
+    targets = [(path.parent / target.split("#")[0]).resolve() for target in re.findall(r"\]\((.*?)\)", path.read_text())]
+    # A lesson in French leads to other lessons in French.
+    names = {str(target).replace("/lessons/fr/", "/lessons/") for target in targets}
+    return names - {str(path.resolve()).replace("/lessons/fr/", "/lessons/")}
+
+
+@pytest.mark.parametrize("lesson", LESSONS, ids=name_of)
+def test_a_lesson_in_french_is_that_in_english(lesson):
+    french = lesson.parent / "fr" / lesson.name
+    texts = [path.read_text() for path in (lesson, french)]
+    assert f"\n[Français](fr/{lesson.name})\n" in texts[0] and f"\n[English](../{lesson.name})\n" in texts[1]
+    found = [[action(sentence) for sentence in steps(text)] for text in texts]
+    assert [do for do in found[1] if do] == [do for do in found[0] if do]
+    assert CODE.findall(texts[1]) == CODE.findall(texts[0])
+    assert linked(french) == linked(lesson)
+    # A line is a sentence, a heading, or a row of a table. Sentences name the same words of a script.
+    prose = [CODE.sub("", text) for text in texts]
+    forms = [[re.match(r"(#+ |\d+\. |\* | +|\||)", line)[0] if line else None for line in text.split("\n")] for text in prose]
+    assert forms[1] == forms[0]
+    words = [sorted(re.findall(r"`[^`\n]+`", text)) for text in prose]
+    assert words[1] == words[0]
+
+
+def test_the_list_of_lessons_in_french_is_that_in_english():
+    pages = [pathlib.Path("docs/lessons") / name for name in ("README.md", "fr/README.md")]
+    assert linked(pages[1]) == linked(pages[0])
+    titles = [re.findall(r"^\| \[(.*?)\]", page.read_text(), re.MULTILINE) for page in pages]
+    assert titles[0] == [lesson.read_text().split("\n")[0].removeprefix("# ") for lesson in LESSONS]
+    assert titles[1] == [lesson.read_text().split("\n")[0].removeprefix("# ") for lesson in FRENCH_LESSONS]
+
+
+@pytest.mark.parametrize("page", [*FRENCH_LESSONS, pathlib.Path("docs/lessons/fr/README.md")], ids=lambda page: page.stem)
+def test_no_line_ends_before_a_colon_in_french(page):
+    """A space before these signs, and within quotation marks, breaks no line."""
+    assert re.findall(r".* [:;!?»].*|.*« .*", CODE.sub("", page.read_text())) == []
+
+
 def test_an_unknown_wording_is_an_error():
-    for sentence in ["Press *Start*.", "Click the robot.", "*Script* has an editor.", "Open the tab."]:
+    for sentence in ["Press *Start*.", "Click the robot.", "*Script* has an editor.", "Open the tab.", "Pressez *Départ*.", "Ouvrez un onglet."]:
         with pytest.raises(AssertionError, match="no action is known"):
             action(sentence)
     assert action("Use the value that `goto` returns: if it is 1, the next corner becomes the goal.") is None
