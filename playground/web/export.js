@@ -1,4 +1,4 @@
-// The page with one scenario as a single file, which runs by a double click, without a network.
+// The page with one scenario or with all of them as a single file, which runs by a double click, without a network.
 //
 // Modules become data of an import map, since a page from a file may load no others; the rest stands in elements of the page.
 
@@ -22,14 +22,14 @@ export function inlined(name) {
     return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip")));
 }
 
-// Returns the text of the file.
+// Returns the text of the file, with all scenarios if none is named.
 /**
- * @param {string} scenario
+ * @param {string | null} scenario
  * @param {Texts} scripts
  */
 export async function exportPage(scenario, scripts) {
     const examples = JSON.parse(await read("examples.json"));
-    const scenarios = examples.scenarios.filter((/** @type {{ path: string }} */ { path }) => path === scenario);
+    const scenarios = examples.scenarios.filter((/** @type {{ path: string }} */ { path }) => scenario === null || path === scenario);
     const own = { ...examples, scenarios, files: { ...examples.files, ...scripts } };
     /** @type {Record<string, string | ArrayBuffer>} */
     const files = {
@@ -84,16 +84,15 @@ async function collect(name, modules) {
     return modules;
 }
 
-// FileReader takes large files, which the arguments of a function do not.
-/**
- * @param {Blob} blob
- * @returns {Promise<string>}
- */
-function base64(blob) {
-    return new Promise((resolve, reject) => {
-        const reader = new FileReader();
-        reader.onload = () => resolve(String(reader.result).replace(/^[^,]*,/, ""));
-        reader.onerror = () => reject(reader.error);
-        reader.readAsDataURL(blob);
-    });
+// A call with all bytes of a large file as arguments would be refused.
+const PIECE = 0x8000;
+
+/** @param {Blob} blob */
+async function base64(blob) {
+    const bytes = new Uint8Array(await blob.arrayBuffer());
+    let letters = "";
+    for (let start = 0; start < bytes.length; start += PIECE) {
+        letters += String.fromCharCode(...bytes.subarray(start, start + PIECE));
+    }
+    return btoa(letters);
 }

@@ -70,7 +70,9 @@ class Learner:
         """A text of the page by its name in the files of texts."""
         return self.page.evaluate(
             """async ([name, values]) => {
-                const text = (await import("./texts.js")).texts[name];
+                // In a page that is a single file, modules have other names (playground/web/export.js).
+                const isOneFile = document.querySelector("script[type=importmap]");
+                const text = (await import(isOneFile ? "playground/texts.js" : "./texts.js")).texts[name];
                 return typeof text === "function" ? text(...values) : text;
             }""",
             [name, arguments],

@@ -1,6 +1,7 @@
-"""The playground, from a web server that only has files. SITE names its folder, BBZ the program."""
+"""The playground, from a web server that only has files and from a file. SITE names its folder, BBZ the program."""
 
 import base64
+import contextlib
 import functools
 import hashlib
 import http.server
@@ -13,23 +14,32 @@ import shutil
 import subprocess
 import threading
 import tomllib
+import zipfile
 import zlib
 
 import pytest
 from conftest import note_problems
 from playwright.sync_api import expect
 from test_editor import write
+from test_lessons import Learner
 from test_page import SECONDS_MAX
 
 
-@pytest.fixture(scope="module")
-def site():
-    files = functools.partial(http.server.SimpleHTTPRequestHandler, directory=os.environ["SITE"])
+@contextlib.contextmanager
+def served(folder):
+    """The address of a server for the files of a folder."""
+    files = functools.partial(http.server.SimpleHTTPRequestHandler, directory=folder)
     files.log_message = lambda *arguments: None
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), files) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}/"
         server.shutdown()
+
+
+@pytest.fixture(scope="module")
+def site():
+    with served(os.environ["SITE"]) as address:
+        yield address
 
 
 @pytest.fixture
@@ -328,6 +338,70 @@ def test_the_page_is_exported_as_one_file(page, browser, tmp_path):
     exported.close()
     assert problems == []
     assert set(addresses) <= {"file", "data", "blob"}, "no request to any host"
+
+
+def unpacked(folder):
+    """The page of the zip that is made with the site."""
+    with zipfile.ZipFile(pathlib.Path(os.environ["SITE"]).with_name("bittybuzz-playground.zip")) as file:
+        assert file.testzip() is None
+        file.extractall(folder)
+    return folder / "bittybuzz-playground/index.html"
+
+
+def plays_a_lesson_offline(browser, folder):
+    """Opens the page of the zip without a network, and solves a lesson."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, offline=True)
+    page = context.new_page()
+    page.set_default_timeout(SECONDS_MAX * 1000)
+    problems, addresses = [], []
+    note_problems(page, problems)
+    page.on("request", lambda request: addresses.append(request.url.split(":")[0]))
+    page.goto(unpacked(folder).as_uri())
+    learner = Learner(page, "rhythm")
+    page.locator("#example").select_option("examples/lessons/rhythm.toml")
+    expect(page.locator("#clock")).to_have_text(learner.clock(0))
+    page.locator("#rate").select_option(learner.text("asFast"))
+    learner.answers()
+    learner.hands_in()
+    assert learner.handed_in["success"] is True
+    context.close()
+    assert problems == []
+    assert set(addresses) <= {"file", "data", "blob"}, "no request to any host"
+
+
+def test_the_zip_needs_no_server_and_no_network(browser, tmp_path):
+    plays_a_lesson_offline(browser, tmp_path)
+
+
+@pytest.mark.parametrize("ending", ["", "/", "/index.html"])
+def test_the_site_is_below_any_path(browser, tmp_path, ending):
+    folder = tmp_path / "a/b"
+    folder.mkdir(parents=True)
+    (folder / "c").symlink_to(os.path.abspath(os.environ["SITE"]), target_is_directory=True)
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    problems = []
+    note_problems(page, problems)
+    with served(tmp_path) as address:
+        page.on("request", lambda request: request.url.startswith(("blob:", f"{address}a/b/c")) or problems.append(request.url))
+        page.goto(f"{address}a/b/c{ending}")
+        expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
+        choose(page, "examples/patrol.toml")
+        expect(page.locator("#clock")).to_have_text("0.0 s of 30.0 s")
+        write(page, "# Mine.\nfunction step() {\n}\n")
+        page.click("#link")
+        expect(page.locator("#script-status")).to_contain_text("The address of this page has the text now")
+        link = page.url
+        assert link.startswith(f"{address}a/b/c/#" if ending != "/index.html" else f"{address}a/b/c/index.html#")
+        other = browser.new_page(viewport={"width": 1280, "height": 800})
+        note_problems(other, problems)
+        other.goto(link)
+        expect(other.locator("#example")).to_have_value("examples/patrol.toml")
+        other.click("#tab-script")
+        expect(other.locator("#text .cm-content")).to_contain_text("# Mine.")
+        other.close()
+        page.on("dialog", lambda dialog: dialog.accept())
+        page.close()
+    assert problems == []
 
 
 def test_an_assignment_is_shared_by_its_address(page, browser):

@@ -54,7 +54,7 @@ enum Task {
     Build(board::BoardArguments),
     /// Flash and RAM of each image and of the virtual machine, against the budgets
     Sizes(sizes::SizesArguments),
-    /// The playground as a folder of static files, for any web server
+    /// The playground as a folder of static files, for any web server, and as a zip, for none
     Site,
     /// The book of docs/ as a folder of static files
     Book,

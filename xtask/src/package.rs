@@ -85,7 +85,9 @@ fn pack(part: ReleasePart) -> Result<PathBuf> {
         ReleasePart::Tools => tools(&folder)?,
         ReleasePart::Firmware => firmware(&folder)?,
         ReleasePart::Site => {
-            copy_all(&site::build()?, &folder)?;
+            let site = site::build()?;
+            copy_all(&site, &folder)?;
+            fs::copy(site.with_file_name(site::ZIP), folder.join(site::ZIP))?;
             book::build(&folder.join("book"))?;
         }
     }

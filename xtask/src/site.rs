@@ -1,7 +1,11 @@
 //! Builds the playground as static files: the page, the module, and the examples as one file.
+//!
+//! A zip next to the folder has the same as a single page, which a browser opens without a server.
 
 use anyhow::{Result, ensure};
+use bittybuzz_builds::setup;
 use bittybuzz_builds::shell::{Invocation, root, target};
+use bittybuzz_builds::zip::zip;
 use fs_err as fs;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
@@ -31,20 +35,32 @@ const PROFILE: &str = "module";
 /// The folder of the site in cargo's target folder.
 const SITE: &str = "site";
 
+/// The zip with the site as a single page, in cargo's target folder.
+pub const ZIP: &str = "bittybuzz-playground.zip";
+
+/// The folder in the zip.
+const FOLDER: &str = "bittybuzz-playground";
+
+/// The script that writes the single page.
+const OFFLINE: &str = "playground/offline.mjs";
+
+/// The licenses, which belong to every copy.
+const LICENSES: [&str; 2] = ["LICENSE-APACHE", "LICENSE-MIT"];
+
 /// Folders with the files of the page, then those of the playground, which replace files with equal
 /// names.
 const PAGES: [&str; 2] = ["bbz/page/web", "playground/web"];
 
 const EXAMPLES: &str = "examples";
 
-/// Builds the site and prints its path.
+/// Builds the site and its zip, and prints their paths.
 pub fn run() -> Result<()> {
     let folder = build()?;
-    println!("{}", folder.display());
+    println!("{}\n{}", folder.display(), folder.with_file_name(ZIP).display());
     Ok(())
 }
 
-/// Builds the site and returns its path.
+/// Builds the site and its zip, and returns the path of the site.
 pub fn build() -> Result<PathBuf> {
     let module = module()?;
     let site = target()?.join(SITE);
@@ -60,7 +76,20 @@ pub fn build() -> Result<PathBuf> {
     }
     fs::copy(module, site.join("playground.wasm"))?;
     fs::write(site.join("examples.json"), examples(root())?.to_string())?;
+    fs::write(site.with_file_name(ZIP), zipped(&site)?)?;
     Ok(site)
+}
+
+/// Returns a zip with the site as a single page.
+fn zipped(site: &Path) -> Result<Vec<u8>> {
+    setup::node()?;
+    let page = Invocation::new("node", &[OFFLINE, &site.display().to_string()]).output(0)?.stdout;
+    let mut files = vec![(format!("{FOLDER}/index.html"), page)];
+    for license in LICENSES {
+        files.push((format!("{FOLDER}/{license}"), fs::read(root().join(license))?));
+    }
+    let files: Vec<_> = files.iter().map(|(name, content)| (&**name, &**content)).collect();
+    Ok(zip(&files))
 }
 
 /// Builds the WebAssembly module with the flags for a small size, and returns its path.

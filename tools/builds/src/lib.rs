@@ -14,5 +14,6 @@ pub mod release_zip;
 mod seed;
 pub mod setup;
 pub mod test_programs;
+pub mod zip;
 
 pub use bittybuzz_shell::{self as shell, cargo_test};
