@@ -54,8 +54,12 @@ const NODE_PACKAGES: &[(Sign, &str)] =
     &[(Sign::Program("node"), "nodejs"), (Sign::Program("npm"), "npm")];
 
 /// Debian packages for tests of web pages.
-const BROWSER_PACKAGES: &[(Sign, &str)] =
-    &[(Sign::Program("chromium-headless-shell"), "chromium-headless-shell")];
+const BROWSER_PACKAGES: &[(Sign, &str)] = &[
+    (Sign::Program("chromium-headless-shell"), "chromium-headless-shell"),
+    (Sign::Program("firefox-esr"), "firefox-esr"),
+    // Firefox has WebGL only on a display.
+    (Sign::Program("Xvfb"), "xvfb"),
+];
 
 /// Debian packages for a Python with packages of its own.
 const PYTHON_PACKAGES: &[(Sign, &str)] =
