@@ -109,13 +109,22 @@ class Learner:
         expect(self.page.locator("#expectations .failed")).not_to_have_count(0)
 
     def sees_trails(self, *_):
-        before = self.page.locator("#canvas").screenshot()
-        self.page.get_by_label(self.text("trails"), exact=True).check()
-        # A run that is over at once has no way to show.
-        self.page.locator("#rate").select_option("100")
-        self.plays()
-        self.page.locator("#rate").select_option(self.text("asFast"))
-        assert self.page.locator("#canvas").screenshot() != before
+        """Steps, as a run that is over at once may have no picture of the way."""
+        page, trails = self.page, self.page.get_by_label(self.text("trails"), exact=True)
+        page.click("#start")
+        expect(page.locator("#clock")).to_have_text(self.clock(0))
+        trails.check()
+        for tick in range(1, 9):
+            page.click("#step")
+            expect(page.locator("#clock")).to_have_text(self.clock(tick / 10))
+        self.is_painted()
+        shown = page.locator("#canvas").screenshot()
+        trails.uncheck()
+        self.is_painted()
+        assert page.locator("#canvas").screenshot() != shown
+
+    def is_painted(self):
+        self.page.evaluate("() => new Promise((shown) => requestAnimationFrame(() => requestAnimationFrame(shown)))")
 
     def answers(self, *_):
         """First a wrong answer, then the right one."""
