@@ -282,6 +282,24 @@ fn a_new_text_has_its_own_statements() {
     assert_eq!(at["place"]["text"], "  var twice = x + x");
 }
 
+/// A robot keeps the longer program of a question that brings a function.
+#[test]
+fn a_function_of_a_question_has_its_lines() {
+    let mut live = start_with("f = nil\nfunction step() {\n  if(f != nil) log(f(id))\n}\n");
+    go_to(&mut live, 1);
+    let question = "f = function(x) { return x + x }";
+    let text = format!("robots = [3]\nask = \"{question}\"");
+    ask(&mut live, json!({ "command": { "text": text } }));
+    ask(&mut live, json!({ "step": { "ticks": 1 } }));
+    assert_eq!(place(&step_of(&mut live, 1, json!("first"))), [2, 0, 3]);
+    let inside = step_of(&mut live, 1, json!("last"));
+    assert_eq!((place(&inside), &inside["place"]["file"]), ([2, 2, 1], &json!("<question>")));
+    assert_eq!(inside["place"]["text"], question);
+    assert_eq!(inside["place"]["script"], Value::Null);
+    // The other robot has no function.
+    assert_eq!(place(&step_of(&mut live, 0, json!("last"))), [2, 0, 3]);
+}
+
 #[test]
 fn an_endless_loop_is_shown_as_far_as_it_gets() {
     let mut live = start_with("n = 0\nfunction step() {\n  while(1 == 1) n = n + 1\n}\n");

@@ -498,13 +498,15 @@ impl Simulation {
         errors.filter(|(_, error)| *error != PoseError::default())
     }
 
-    /// Returns the program of a robot: that of its group, until an event or a command loads another
-    /// one.
+    /// Returns the program that a robot runs: that of its group, until an event or a command loads
+    /// another one, with the questions at its end that the robot keeps.
     ///
     /// # Panics
     /// If the scenario has no robot of that number.
     pub fn program(&self, number: usize) -> &Program {
-        &self.setup.loaded(self.event_queue.program(number)).program
+        let joined = self.robot(number).map(|robot| robot.state().context.program);
+        let program = joined.unwrap_or_else(|| self.event_queue.program(number));
+        &self.setup.loaded(program).program
     }
 
     /// Returns a robot; `None` before it joins, and for a number that no robot has.
