@@ -103,7 +103,8 @@ def test_the_seed_is_changed_in_the_world(page, tmp_path, is_open):
         expect(seed).not_to_have_value(str(number))
         seed.fill(str(number))
         page.locator("#ground").get_by_role("button", name="Run", exact=True).click()
-        at(page, 0)
+        # The run has begun, and plays; its beginning is in sight for a moment only.
+        expect(page.locator("#play")).to_have_text("Pause")
         page.click("#tab-tests")
         expect(page.locator("#older")).to_be_hidden()
         page.click("#tab-ground")
