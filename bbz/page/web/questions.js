@@ -24,8 +24,9 @@ export class Questions {
         // The answers that come with the next tick.
         /** @type {LogEvent[]} */
         this.coming = [];
-        // The command that the session has not accepted yet.
+        // The command that the session has not accepted yet, and its question.
         this.sent = "";
+        this.question = "";
         /** @type {string[]} */
         this.history = [];
         this.place = 0;
@@ -74,6 +75,7 @@ export class Questions {
         }
         this.place = this.history.length;
         this.refusal.hidden = true;
+        this.question = question;
         this.sent = `robots = ${this.id}\nask = ${JSON.stringify(question)}`;
         this.command(this.sent);
     }
@@ -95,7 +97,10 @@ export class Questions {
     follow(commands) {
         if (this.sent !== "" && commands.some(({ text }) => text === this.sent)) {
             this.sent = "";
-            this.field.value = "";
+            // The next question may be there already.
+            if (this.field.value.trim() === this.question) {
+                this.field.value = "";
+            }
             this.place = this.history.length;
         }
     }
