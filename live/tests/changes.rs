@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-use bittybuzz_arena::run::Session;
-use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
+use bittybuzz_live::{Live, Source};
 use serde_json::{Value, json};
 
-use crate::{go_to, taken};
+use crate::{go_to, session, taken};
 
 const SCRIPT: &str = "n = 0\nfunction step() {\n  n = n + 1\n  forward()\n  led(n % 8)\n}\n";
 
@@ -16,12 +15,7 @@ const SCENARIO: &str = "[world]\nsize = [800, 800]\nduration = 30\nseed = 5\n\n\
 const MOVE: &str = "move = 0\nto = [300, 300]";
 
 fn start() -> Live {
-    let files = SharedFiles::default();
-    files.add("x/s.toml", SCENARIO);
-    files.add("x/n.bzz", SCRIPT);
-    let shelf = Shelf::new(files, "x/s.toml".into());
-    let (run, text) = shelf.open(1).unwrap();
-    Live::new(Session::new(run, 5), text).with_workshop(shelf)
+    session(SCENARIO, ("n.bzz", SCRIPT))
 }
 
 /// Sends a request, and goes the way that it begins.

@@ -4,7 +4,8 @@
 
 use std::time::Duration;
 
-use bittybuzz_live::{Live, PageEvent, Source};
+use bittybuzz_arena::run::Session;
+use bittybuzz_live::{Live, PageEvent, SharedFiles, Shelf, Source};
 use serde_json::{Value, json};
 
 mod by_hand;
@@ -18,6 +19,16 @@ mod series;
 mod stepping;
 mod trials;
 mod watched;
+
+/// Returns a session of a scenario `x/s.toml` with a script of the name.
+fn session(scenario: &str, (name, script): (&str, &str)) -> Live {
+    let files = SharedFiles::default();
+    files.add("x/s.toml", scenario);
+    files.add(format!("x/{name}"), script);
+    let shelf = Shelf::new(files, "x/s.toml".into());
+    let (run, text) = shelf.open(1).unwrap();
+    Live::new(Session::new(run, 5), text).with_workshop(shelf)
+}
 
 /// Takes the events of a source, as its client parses them.
 fn taken(source: &mut impl Source) -> Vec<Value> {

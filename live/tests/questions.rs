@@ -6,7 +6,7 @@ use bittybuzz_arena::run::Session;
 use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
 use serde_json::{Value, json};
 
-use crate::{go_to, taken};
+use crate::{go_to, session, taken};
 
 const SCRIPT: &str = "n = 0 name = \"a\"\nfunction step() {\n  n = n + 1\n  log(n)\n}\n";
 
@@ -14,12 +14,7 @@ const SCENARIO: &str = "[world]\nsize = [800, 800]\nduration = 30\n\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"n.bzz\"\ncount = 4\nplacement = \"grid\"\nspacing = 60\n";
 
 fn start() -> Live {
-    let files = SharedFiles::default();
-    files.add("x/s.toml", SCENARIO);
-    files.add("x/n.bzz", SCRIPT);
-    let shelf = Shelf::new(files, "x/s.toml".into());
-    let (run, text) = shelf.open(1).unwrap();
-    Live::new(Session::new(run, 5), text).with_workshop(shelf)
+    session(SCENARIO, ("n.bzz", SCRIPT))
 }
 
 /// Sends a request, and goes the way that it begins.

@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-use bittybuzz_arena::run::Session;
-use bittybuzz_live::{Live, SharedFiles, Shelf, Source};
+use bittybuzz_live::{Live, Source};
 use serde_json::{Value, json};
 
-use crate::{go_to, taken};
+use crate::{go_to, session, taken};
 
 /// In each step, robot 3 calls `double` once more than robot 2, and logs.
 const SCRIPT: &str = "\
@@ -29,12 +28,7 @@ const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 3\n\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\ncount = 2\nfirst_id = 2\n";
 
 fn start_with(script: &str) -> Live {
-    let files = SharedFiles::default();
-    files.add("/class/s.toml", SCENARIO);
-    files.add("/class/walk.bzz", script);
-    let shelf = Shelf::new(files, "/class/s.toml".into());
-    let (run, text) = shelf.open(1).unwrap();
-    let mut live = Live::new(Session::new(run, 10), text).with_workshop(shelf);
+    let mut live = session(SCENARIO, ("walk.bzz", script));
     live.take_events();
     live
 }
