@@ -238,6 +238,7 @@ pub struct StatementDescription {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 pub struct BreakpointsEvent {
+    /// Empty if the client asked for none, and in a world that cannot pause there.
     pub lines: Vec<BreakpointDescription>,
 }
 

@@ -27,6 +27,19 @@ def ask(page, question):
     field(page).press("Enter")
 
 
+def test_a_question_that_is_typed_meanwhile_stays(page):
+    choose(page, 6)
+    go(page, 10)
+    page.evaluate("""() => {
+        const field = document.querySelector(".ask input");
+        field.value = "n";
+        field.form.requestSubmit();
+        field.value = "n + 1";
+    }""")
+    expect(answers(page)).to_have_count(1)
+    expect(field(page)).to_have_value("n + 1")
+
+
 def test_a_paused_robot_answers_at_once(page):
     choose(page, 6)
     go(page, 10)

@@ -7,9 +7,9 @@ import subprocess
 import pytest
 from playwright.sync_api import expect
 from test_editor import editor, write
-from test_page import address, bbz, digest, window
+from test_page import address, bbz, digest, page_with_events, session, window
 
-__all__ = ["window"]
+__all__ = ["session", "window"]
 
 # Robot 3 calls `double` once more than robot 2 in each step.
 SCRIPT = """\
@@ -235,6 +235,17 @@ def test_a_line_that_is_removed_has_no_breakpoint(page):
     page.click("#run")
     expect(page.locator("#script-status")).to_have_text("The run has started from the beginning.")
     expect(page.locator("#clock")).to_have_text(re.compile(r"^[1-9]\.\d s"))
+
+
+def test_a_world_without_breakpoints_shows_none(browser, session):
+    page, send = page_with_events(browser, session)
+    editor(page)
+    gutter(page, 3)
+    has_dots(page, [3])
+    # So a session with emulated robots answers.
+    send({"event": "breakpoints", "lines": []})
+    has_dots(page, [])
+    page.close()
 
 
 def test_an_error_comes_after_its_statement(page):

@@ -130,7 +130,11 @@ line: number,
  */
 at: number | null, };
 
-export type BreakpointsEvent = { lines: Array<BreakpointDescription>, };
+export type BreakpointsEvent = { 
+/**
+ * Empty if the client asked for none, and in a world that cannot pause there.
+ */
+lines: Array<BreakpointDescription>, };
 
 export type BuiltEvent = { 
 /**

@@ -87,13 +87,14 @@ export class Marks {
         }
     }
 
-    // The session has moved breakpoints to lines with statements.
+    // The session has moved breakpoints to lines with statements, or has none.
     /** @param {BreakpointsEvent} event */
     take({ lines }) {
         for (const script of this.editor.known()) {
             const own = lines.filter((one) => one.script === script.name);
             const { doc } = script.state;
-            if (own.some(({ line, at }) => line !== at) && doc.toString() === this.running[script.name]) {
+            const isOther = own.length !== breakpointLines(script.state).length || own.some(({ line, at }) => line !== at);
+            if (isOther && doc.toString() === this.running[script.name]) {
                 this.apply(script, breakpointsAt(doc, own.flatMap(({ at }) => at ?? [])));
                 const without = own.find(({ at }) => at === null);
                 if (without) {

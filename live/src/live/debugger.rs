@@ -157,6 +157,7 @@ impl Live {
         let run = self.session.run();
         let Some(drafts) = &self.drafts else { return self.refuse(NOT_EDITED, None) };
         if !lines.is_empty() && run.snapshot().is_none() {
+            self.events.push(PageEvent::Breakpoints(BreakpointsEvent { lines: Vec::new() }));
             return self.refuse(EMULATED, None);
         }
         let (breakpoints, found) = Breakpoints::new(drafts, run.setup(), lines, robot);
