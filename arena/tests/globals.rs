@@ -81,6 +81,27 @@ fn a_global_is_set_during_the_run_as_an_integer_or_a_float() {
 }
 
 #[test]
+fn each_robot_gets_its_own_number() {
+    let events = "[[event]]\nat = 3\nset = [2, \"flies\", 0]\nglobal = \"join\"\nnumbers = [-7, 2.5, 100]\n\n\
+        [[event]]\nat = 3\nset = \"kilobot\"\nglobal = \"n\"\nnumbers = [500, nan, 0]\n\n\
+        [[event]]\nat = 4\njoin = \"late\"\n\n";
+    let expects = [
+        // The order is that of the scenario, whatever that of the list of robots is.
+        equals(5, "0", "join", "-7"),
+        equals(5, "2", "join", "2.5"),
+        equals(5, "\"flies\"", "join", "100"),
+        equals(5, "1", "join", "1"),
+        equals(5, "0", "whole", "1"),
+        equals(5, "2", "whole", "0"),
+        // Seventy steps after the event; the other robot has counted all of its own.
+        equals(10, "0", "n", "570"),
+        equals(10, "1", "n", "99"),
+        equals(10, "2", "n", "70"),
+    ];
+    run("globals_each", &(events.to_owned() + &expects.concat()));
+}
+
+#[test]
 fn late_and_restarted_robots_start_with_the_script_value() {
     let events = "[[event]]\nat = 3\nset = \"all\"\nglobal = \"join\"\nnumber = 9\n\n\
         [[event]]\nat = 5\njoin = \"late\"\n\n\
@@ -124,6 +145,7 @@ fn a_session_with_settings_replays_and_goes_back() {
         (20, "set = [0, 2]\nglobal = \"n\"\nnumber = 500"),
         (40, "load = \"kilobot\"\nscript = \"next.bzz\"\nkeep = true"),
         (41, "set = \"kilobot\"\nglobal = \"half\"\nnumber = 1.5"),
+        (45, "set = \"kilobot\"\nglobal = \"half\"\nnumbers = [0.25, nan, 3]"),
     ];
     let mut session = Session::new(simulation("globals_session", ""), 10);
     for tick in 0..60 {
@@ -138,7 +160,7 @@ fn a_session_with_settings_replays_and_goes_back() {
     }
     assert_eq!(replayed.digest(), digest);
     // At tick 41 the new scripts have not run `init` yet, at 42 they have.
-    for tick in [0, 1, 20, 21, 40, 41, 42] {
+    for tick in [0, 1, 20, 21, 40, 41, 42, 45, 46] {
         session.go_to(tick).unwrap();
         session.go_to(60).unwrap();
         assert_eq!(session.run().digest(), digest, "back to {tick}");
@@ -185,6 +207,18 @@ fn an_error_explains_why_a_global_cannot_be_set() {
             "`number` cannot be 2147483648",
         ),
         ("set = \"flies\"\nglobal = \"join\"\nnumber = nan", "`number` cannot be NaN"),
+        (
+            "set = [0, 1]\nglobal = \"join\"\nnumbers = [1]",
+            "`numbers` must be a list with one number for each robot, not a list of 1",
+        ),
+        ("set = 0\nglobal = \"join\"\nnumbers = 1", "`numbers` must be a list, not an integer"),
+        ("set = 0\nglobal = \"join\"\nnumbers = [true]", "`numbers` must be a number"),
+        (
+            "set = \"all\"\nglobal = \"join\"\nnumbers = [1, 2, 32768, 3, 4]",
+            "`numbers` cannot be 32768",
+        ),
+        ("set = 0\nglobal = \"join\"\nnumber = 1\nnumbers = [1]", "`number`"),
+        ("fail = 0\nnumbers = [1]", "`numbers` means nothing without `set`"),
         (
             "set = 0\nglobal = \"join\"\nnumber = 1\nscript = \"counts.bzz\"",
             "`script` means nothing without `load`",

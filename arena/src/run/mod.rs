@@ -33,7 +33,7 @@ pub use firmware::{FirmwareFailure, P2pAir, RadioTurns, TurnLength};
 pub use observer::{EventKind, FrameOnAir, ObservedEvent, Observer};
 pub use place::poses as start_poses;
 pub use program::{Compiler, Program};
-pub use quantity::QuantityReading;
+pub use quantity::{QuantityProbe, QuantityReading};
 pub use session::{COPIES_BYTES, NoWayBack, NotReplaced, Session};
 pub use setup::{Setup, SetupError, emulated};
 pub use simulation::Simulation;

@@ -22,7 +22,8 @@ pub enum QuantityReading<'p> {
     Other,
 }
 
-/// A quantity whose names are resolved.
+/// A quantity whose names are resolved ([`Setup::probe`](super::Setup::probe)). A probe is valid for
+/// all runs of its setup; it reads nil in programs that commands load later.
 #[derive(Debug, Clone, PartialEq)]
 pub enum QuantityProbe {
     /// A quantity of the body or of the state of the script.
@@ -38,7 +39,7 @@ pub enum QuantityProbe {
 
 impl QuantityProbe {
     /// Resolves names in the programs of `robots`. At least one of the programs must have them.
-    pub fn new(
+    pub(super) fn new(
         quantity: &Quantity,
         groups: &[Group],
         programs: &[LoadedProgram],
@@ -75,7 +76,7 @@ impl QuantityProbe {
     }
 
     /// Resolves the names of the quantity in one more program.
-    pub fn learn(&mut self, quantity: &Quantity, program: &Program) {
+    pub(super) fn learn(&mut self, quantity: &Quantity, program: &Program) {
         match (self, quantity) {
             (QuantityProbe::Global(numbers), Quantity::Global { name, keys }) => {
                 numbers.push(path(program, name, keys));
@@ -89,7 +90,7 @@ impl QuantityProbe {
 
     /// Reads the quantity from a robot with that program. `robot` is `None` if the robot has not
     /// joined.
-    pub fn read<'p>(
+    pub(super) fn read<'p>(
         &self,
         ProgramId(number): ProgramId,
         program: &'p Program,

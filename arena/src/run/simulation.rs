@@ -34,8 +34,8 @@ use bittybuzz_compiler::check::outside::called_flag;
 use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::engine::{
-    AddError, Attitude, Digest, HerdId, IntruderSettings, Lamp, MovableDisc, Pose, RobotId,
-    RobotState, RobotView, Stream, TICK_US, World,
+    AddError, Attitude, Digest, Environment, HerdId, IntruderSettings, Lamp, MovableDisc, Pose,
+    RobotId, RobotState, RobotView, Stream, TICK_US, World,
 };
 use crate::robot::checks::{Findings, WatchStop, WatchedTick};
 use crate::robot::{
@@ -43,8 +43,8 @@ use crate::robot::{
     ScriptNumber, SimRobot,
 };
 use crate::scenario::{
-    ADVERSARIES_MAX, Adversary, Backend, Quantity, Reduction, ScenarioCause, ScenarioError,
-    Selection, Swarm, WorldChange, settings_error,
+    ADVERSARIES_MAX, Adversary, Backend, NewNumbers, Quantity, Reduction, ScenarioCause,
+    ScenarioError, Selection, Swarm, WorldChange, settings_error,
 };
 
 mod globals;
@@ -214,6 +214,13 @@ impl Simulation {
         self.event_queue.copy_commands(&later.event_queue);
     }
 
+    /// Replaces the ground of the scenario by an environment of the caller, which ground sensors
+    /// read from the next tick on: brightness, 0 (black) to 1 (white). The environment is a part of
+    /// the run's state, and decides with its copies if a snapshot goes on in the same way.
+    pub fn set_ground(&mut self, environment: impl Environment + 'static) {
+        self.world.set_ground(environment);
+    }
+
     /// Returns true if the scenario's duration is over.
     pub fn is_over(&self) -> bool {
         self.world.now() >= self.end
@@ -334,11 +341,12 @@ impl Simulation {
                     }
                     self.load(robots, script);
                 }
-                WorldChange::Set { robots, global, number, .. } => {
-                    self.set(robots, global, *number)
+                WorldChange::Set { robots, global, numbers, .. } => {
+                    self.set(robots, global, numbers)
                 }
                 WorldChange::Call { robots, function, .. } => {
-                    self.set(robots, &called_flag(function), ScriptNumber::Int(1));
+                    let flag = NewNumbers::Same(ScriptNumber::Int(1));
+                    self.set(robots, &called_flag(function), &flag);
                 }
                 WorldChange::Ask { robots, question, .. } => self.ask(robots, question),
                 _ => {}

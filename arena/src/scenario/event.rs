@@ -52,13 +52,13 @@ pub enum WorldChange {
         /// True if globals that hold numbers keep them, where the new script has the same globals.
         keep: bool,
     },
-    /// A global of the robots' scripts is set to a number.
+    /// A global of the robots' scripts is set.
     Set {
         /// The robots that the event is for.
         robots: Selection,
         /// The name of the global.
         global: String,
-        number: ScriptNumber,
+        numbers: NewNumbers,
         /// The place of the name in the file.
         place: Place,
     },
@@ -122,6 +122,26 @@ pub enum WorldChange {
     Heal,
     /// An adversary appears.
     Adversary(Box<Adversary>),
+}
+
+/// The numbers that robots get in a global.
+#[derive(Debug, Clone, PartialEq)]
+pub enum NewNumbers {
+    /// All robots get this number.
+    Same(ScriptNumber),
+    /// Each robot gets its own number, in ascending order of the robots' numbers. `None` leaves the
+    /// value of a robot as it is.
+    Each(Vec<Option<ScriptNumber>>),
+}
+
+impl NewNumbers {
+    /// Returns the number for the robot at a position in the selection, if it gets one.
+    pub fn at(&self, position: usize) -> Option<ScriptNumber> {
+        match self {
+            NewNumbers::Same(number) => Some(*number),
+            NewNumbers::Each(numbers) => numbers.get(position).copied().flatten(),
+        }
+    }
 }
 
 /// The destination of robots that are moved.
@@ -197,6 +217,7 @@ pub fn action(
         ("keep", "load"),
         ("global", "set"),
         ("number", "set"),
+        ("numbers", "set"),
         ("function", "call"),
         ("robots", "ask"),
         ("volts", "battery"),
@@ -315,7 +336,7 @@ pub fn action(
     Some(action)
 }
 
-/// Reads a global and its number, which must fit the smallest number range of the robots.
+/// Reads a global and its numbers, which must fit the smallest number range of the robots.
 fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Option<WorldChange> {
     let global = section.required("global").and_then(|entry| {
         let name = entry.string()?.to_owned();
@@ -325,15 +346,51 @@ fn set(section: &Section<'_>, robots: Option<Selection>, groups: &[Group]) -> Op
     let of_robots = groups_of(groups, &robots);
     let profiles = of_robots.iter().map(|group| groups[group.0].robot.profile);
     let is_tiny = profiles.into_iter().any(|profile| profile == NumberProfile::Tiny);
-    let entry = section.required("number")?;
-    let number = match (entry.value, is_tiny) {
+    let numbers = match section.get("numbers") {
+        None => NewNumbers::Same(script_number(&section.required("number")?, is_tiny)?),
+        Some(entry) => {
+            if section.get("number").is_some() {
+                entry.fail(TomlError::Both { key: "numbers", other: "number" });
+                return None;
+            }
+            NewNumbers::Each(number_of_each(&entry, &robots, is_tiny)?)
+        }
+    };
+    let (global, place) = global?;
+    Some(WorldChange::Set { robots, global, numbers, place })
+}
+
+/// Reads a list with a number for each robot. `nan` stands for a robot that keeps its value.
+fn number_of_each(
+    entry: &Entry<'_>,
+    robots: &Selection,
+    is_tiny: bool,
+) -> Option<Vec<Option<ScriptNumber>>> {
+    let items = entry.list()?;
+    if items.len() != robots.count() {
+        let expected = "a list with one number for each robot";
+        entry.fail(TomlError::Length { key: entry.key.clone(), expected, found: items.len() });
+        return None;
+    }
+    let is_nan = |item: &Entry<'_>| match item.value {
+        DeValue::Float(float) => float.as_str().ends_with("nan"),
+        _ => false,
+    };
+    let number = |item: &Entry<'_>| match is_nan(item) {
+        true => Some(None),
+        false => script_number(item, is_tiny).map(Some),
+    };
+    items.iter().map(number).collect()
+}
+
+/// Reads a number of a script: an integer, or a float with a decimal point.
+fn script_number(entry: &Entry<'_>, is_tiny: bool) -> Option<ScriptNumber> {
+    Some(match (entry.value, is_tiny) {
         (DeValue::Integer(_), true) => int(entry.number(i16::MIN.into()..=i16::MAX.into())?),
         (DeValue::Integer(_), false) => int(entry.number(i32::MIN.into()..=i32::MAX.into())?),
         (_, true) => float(entry.number(-TINY_FLOAT_MAX..=TINY_FLOAT_MAX)?),
         (_, false) => float(entry.number(f32::MIN.into()..=f32::MAX.into())?),
-    };
-    let (global, place) = global?;
-    Some(WorldChange::Set { robots, global, number, place })
+    })
 }
 
 /// The greatest float of the profile `tiny`: 10 bits, and the greatest exponent is 31.

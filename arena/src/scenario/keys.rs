@@ -241,6 +241,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "set" "robots" "" "these robots' scripts get another `number` in a `global`",
             "global" "string" "" "set: name of the global",
             "number" "number" "" "set: the new value; an integer, or a float with a decimal point",
+            "numbers" "list of numbers" "" "set: instead of `number`, a new value for each robot, in the order of the scenario; `nan` keeps a robot's value",
             "call" "robots" "" "these robots' scripts call a `function` of theirs before the next step",
             "function" "string" "" "call: name of the function, which gets no arguments",
             "ask" "string" "" "`robots` evaluate this expression or call of their scripts between two steps, and log its value",

@@ -46,7 +46,7 @@ pub use backend::{Backend, DoorSection, ImageSection};
 pub use bridge::BridgeSection;
 pub(crate) use error::settings_error;
 pub use error::{ScenarioCause, ScenarioError};
-pub use event::{MoveTarget, ScheduledEvent, WorldChange};
+pub use event::{MoveTarget, NewNumbers, ScheduledEvent, WorldChange};
 pub use expect::{Expect, ExpectedValue, Of, Reduction, Test, When};
 pub use files::{EmbeddedFiles, sections as file_sections, without_files};
 pub(crate) use group::Standing;

@@ -1,7 +1,7 @@
 //! Globals of scripts that events set, or that robots keep when another script is loaded.
 
 use crate::robot::ScriptNumber;
-use crate::scenario::Selection;
+use crate::scenario::{NewNumbers, Selection};
 
 use super::{JOINED, Simulation};
 
@@ -10,8 +10,9 @@ pub type Globals = Vec<(String, ScriptNumber)>;
 
 impl Simulation {
     /// Sets a global in the scripts of robots, where the script has one of that name.
-    pub(super) fn set(&mut self, robots: &Selection, name: &str, value: ScriptNumber) {
-        for number in robots.iter() {
+    pub(super) fn set(&mut self, robots: &Selection, name: &str, numbers: &NewNumbers) {
+        for (position, number) in robots.iter().enumerate() {
+            let Some(value) = numbers.at(position) else { continue };
             // A robot that has not joined, or whose script has no such global, is left out.
             let global = self.program(number).global(name);
             if let (Some(global), Some(id)) = (global, self.event_queue.id(number)) {
