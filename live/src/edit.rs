@@ -20,7 +20,8 @@ use crate::page_event::{
     ChangedEvent, DiagnosticsEvent, PageEvent, RanEvent, ScenarioEvent, ScriptEvent, WrittenEvent,
 };
 use crate::request::Texts;
-use crate::set_up::{messages, set_up, text_of};
+use crate::scenario_files::{messages, text_of};
+use crate::set_up::set_up;
 use crate::words;
 use crate::workshop::{Drafts, Text, groups_with, scripts};
 

@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use crate::compiler_message::CompilerMessage;
 use crate::hand_in::{ExpectationVerdict, HandIn, TextFile};
-use crate::set_up::{set_up, text_of};
+use crate::scenario_files::text_of;
+use crate::set_up::set_up;
 use crate::workshop::Workshop;
 
 /// The most errors of a hand-in that are listed.

@@ -63,8 +63,8 @@
 //! recording's magic bytes starts a new recording, for example after a step back.
 //!
 //! # What it will not do
-//! Read or write files (the caller's [`Workshop`] and [`UnsavedStore`] do; a [`Shelf`] is a workshop in
-//! memory), listen on a network, draw.
+//! Write files (the caller's [`Workshop`] and [`UnsavedStore`] do; a [`Shelf`] is a workshop in memory;
+//! [`ScenarioFiles`] only reads), listen on a network, draw.
 
 mod about;
 mod answers;
@@ -91,6 +91,7 @@ mod relative;
 mod replay;
 mod request;
 mod samples;
+mod scenario_files;
 mod series;
 mod set_up;
 mod shelf;
@@ -103,14 +104,17 @@ mod watched;
 mod words;
 mod workshop;
 
-pub use compiler_message::CompilerMessage;
+pub use compiler_message::{CompilerMessage, MessageSeverity};
 pub use defect::Defect;
 pub use grading::{Assignment, Graded, Mark, Results, marks_csv};
 pub use hand_in::{HandIn, TextFile, sha256};
 pub use live::Live;
 pub use page_event::{DefectEvent, PageEvent};
 pub use replay::Replay;
-pub use set_up::{set_up, text_of};
+pub use scenario_files::{
+    ScenarioFiles, environment_folders, program_or_report, programs, text_of,
+};
+pub use set_up::set_up;
 pub use shelf::{SharedFiles, Shelf};
 pub use source::Source;
 pub use unsaved::{KeptText, UnsavedStore};

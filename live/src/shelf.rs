@@ -1,21 +1,18 @@
 //! Scenarios, scripts and robot files in memory, for a page without a server.
 
 use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use bittybuzz_arena::run::{Compiler, Program, Simulation};
+use bittybuzz_arena::run::{Compiler, Simulation};
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
-use bittybuzz_compiler::compile::{Compiled, Options, compile};
-use bittybuzz_compiler::include::{Files, IncludeLoader, MemoryFiles, SOURCE_BYTES_MAX};
-use bittybuzz_compiler::render::{ColorChoice, Renderer};
-use bittybuzz_robot_files::all_shipped;
+use bittybuzz_compiler::compile::Compiled;
+use bittybuzz_compiler::include::{FileKind, Files, MemoryFiles, SOURCE_BYTES_MAX};
 
-use crate::set_up::{set_up, text_of};
+use crate::scenario_files::{ScenarioFiles, program_or_report, text_of};
+use crate::set_up::set_up;
 use crate::workshop::Workshop;
-
-/// The most messages about a script in an error.
-const MESSAGES_MAX: usize = 100;
 
 /// Files in memory, which the page and the commands of a run share.
 #[derive(Clone, Default)]
@@ -40,44 +37,29 @@ impl SharedFiles {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn read(&self, path: &Path) -> Result<String, String> {
+    fn text(&self, path: &Path) -> Result<String, String> {
         let shown = path.display();
         let bytes = self.lock().read(path, SOURCE_BYTES_MAX);
         let bytes = bytes.map_err(|error| format!("cannot read `{shown}`: {error}\n"))?;
         String::from_utf8(bytes).map_err(|_| format!("`{shown}` is not UTF-8 text\n"))
     }
+}
 
-    /// Compiles a text for the robots of a group.
-    fn compile(&self, script: &Path, text: String, group: &Group) -> Compiled {
-        let robot = Some((*group.robot).clone());
-        let mut robots = all_shipped();
-        let others = group.robots_of_scenario.iter();
-        let others: Vec<_> = others.filter(|other| !robots.contains(other)).cloned().collect();
-        robots.extend(others);
-        let outside = (*group.outside).clone();
-        let options = Options { robot, robots, profile: None, outside };
-        let files = &*self.lock();
-        let files = group.embedded.over(files);
-        let folders = group.embedded.include_folder().map(Path::to_owned).into_iter().collect();
-        let library = bittybuzz_library::FILES;
-        let loader = IncludeLoader { library, folders, ..IncludeLoader::new(&files) };
-        compile(script, text, &loader, &options)
+impl Files for SharedFiles {
+    fn read(&self, path: &Path, most: usize) -> io::Result<Vec<u8>> {
+        self.lock().read(path, most)
     }
 
-    /// Compiles a script for the robots of a group: its draft, or else the file. An error is a text
-    /// for users.
-    fn program(&self, drafts: &Self, script: &Path, group: &Group) -> Result<Program, String> {
-        let draft = drafts.read(script).ok().or_else(|| group.embedded.text(script));
-        let text = draft.map_or_else(|| self.read(script), Ok)?;
-        let compiled = self.compile(script, text, group);
-        let Some(image) = compiled.image else {
-            let renderer = Renderer::new(&compiled.sources);
-            // Each shows its line, which may be the whole script.
-            let texts = compiled.diagnostics.iter().take(MESSAGES_MAX);
-            return Err(texts.map(|one| renderer.text(one, ColorChoice::Never)).collect());
-        };
-        let (symbols, sources) = (compiled.symbols, Arc::new(compiled.sources));
-        Ok(Program::new(image, symbols, sources))
+    fn kind(&self, path: &Path) -> io::Result<FileKind> {
+        self.lock().kind(path)
+    }
+
+    fn canonical(&self, path: &Path) -> Option<PathBuf> {
+        self.lock().canonical(path)
+    }
+
+    fn names(&self, folder: &Path) -> Vec<String> {
+        self.lock().names(folder)
     }
 }
 
@@ -96,10 +78,15 @@ impl Shelf {
         Shelf { files, drafts: SharedFiles::default(), scenario }
     }
 
+    /// Returns the files without the drafts.
+    fn scenario_files(&self) -> ScenarioFiles {
+        ScenarioFiles::new(self.files.clone())
+    }
+
     /// Opens the scenario and compiles its scripts. Returns the run before its first tick, with the
     /// seed of the scenario, and the text of the scenario. An error is a text for users.
     pub fn open(&self, threads: usize) -> Result<(Simulation, String), String> {
-        let text = self.files.read(&self.scenario)?;
+        let text = self.files.text(&self.scenario)?;
         let setup = set_up(self, &text, &[], &[]).map_err(|errors| text_of(&errors))?;
         let seed = setup.scenario.world.seed;
         let setup = setup.with_compiler(self.compiler());
@@ -114,21 +101,30 @@ impl Workshop for Shelf {
     }
 
     fn parse(&self, text: &str, values: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
-        let files = &*self.files.lock();
-        Scenario::parse_in(files, text, &self.scenario, values, &bittybuzz_robot_models::all())
+        Scenario::parse_in(
+            &self.files,
+            text,
+            &self.scenario,
+            values,
+            &bittybuzz_robot_models::all(),
+        )
     }
 
     fn compiler(&self) -> Compiler {
-        let (files, drafts) = (self.files.clone(), self.drafts.clone());
-        Arc::new(move |script, group| files.program(&drafts, script, group))
+        let (files, drafts) = (self.scenario_files(), self.drafts.clone());
+        let saved = files.compiler();
+        Arc::new(move |script, group| match drafts.text(script) {
+            Ok(draft) => program_or_report(files.compile(script, &draft, group)),
+            Err(_) => saved(script, group),
+        })
     }
 
     fn read(&self, script: &Path) -> Result<String, String> {
-        self.files.read(script)
+        self.files.text(script)
     }
 
     fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
-        self.files.compile(script, text.to_owned(), group)
+        self.scenario_files().compile(script, text, group)
     }
 
     fn keep(&mut self, script: &Path, text: &str) {

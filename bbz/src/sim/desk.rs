@@ -9,10 +9,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bittybuzz_arena::run;
 use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
-use bittybuzz_compiler::compile::{Compiled, compile};
+use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::include::{Files, MemoryFiles, SOURCE_BYTES_MAX};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
-use bittybuzz_live::Workshop;
+use bittybuzz_live::{ScenarioFiles, Workshop, program_or_report};
 use bittybuzz_toml_reader::file;
 
 use crate::fence::Fence;
@@ -78,18 +78,13 @@ impl Desk {
     /// Compiles the draft of a script, or else its file. The error contains all diagnostics of the
     /// script.
     fn program(&self, script: &Path, group: &Group) -> Result<run::Program, String> {
-        let mut errors = String::new();
         let text = self.draft(script).or_else(|| group.embedded.text(script));
         let is_script = script.extension().is_some_and(|end| end == "bzz");
         if text.is_some() || is_script {
             let text = text.map_or_else(|| self.read(script), Ok)?;
-            let Compiled { image, symbols, diagnostics, sources, .. } =
-                self.compile(script, &text, group);
-            let renderer = Renderer::new(&sources);
-            diagnostics.iter().for_each(|one| errors += &renderer.text(one, ColorChoice::Never));
-            let sources = Arc::new(sources);
-            return image.map(|image| run::Program::new(image, symbols, sources)).ok_or(errors);
+            return program_or_report(self.compile(script, &text, group));
         }
+        let mut errors = String::new();
         self.fence.check(script).map_err(|error| unreadable(script, &error))?;
         let selection = RobotChoice::of_group(group);
         let opened =
@@ -141,10 +136,9 @@ impl Workshop for Desk {
     }
 
     fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
-        let selection = RobotChoice::of_group(group);
-        let files = group.embedded.over(&self.fence);
-        let loader = program::loader_of(&selection, &files, &self.include);
-        compile(script, text.to_owned(), &loader, &selection.options())
+        let files = ScenarioFiles::new(self.fence.clone());
+        let files = files.with_folders(self.include.clone(), program::folders_of_environment());
+        files.compile(script, text, group)
     }
 
     fn keep(&mut self, script: &Path, text: &str) {

@@ -1,15 +1,13 @@
 //! A scenario with its scripts, compiled once for each kind of robot that runs them.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::ptr;
 use std::sync::Arc;
 
 use bittybuzz_arena::robot::RobotModel;
 use bittybuzz_arena::run;
 use bittybuzz_arena::scenario::{Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
-use bittybuzz_robot_spec::Robot;
+use bittybuzz_live::programs;
 
 use crate::emulator;
 use crate::messages;
@@ -67,29 +65,14 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
             return Ok(None);
         }
     };
-    let mut programs = Vec::new();
-    // Groups with one script and one robot, of which there may be thousands, share a program, and
-    // its mistakes are printed once.
-    let mut known: HashMap<(Option<&Path>, &str), Vec<OpenedFor<'_>>> = HashMap::new();
-    for (group, script) in scenario.programs() {
-        let robot = &*group.robot;
-        let alike = known.entry((script, robot.name.as_str())).or_default();
-        let same = alike.iter().position(|(other, _)| ptr::eq(*other, robot) || *other == robot);
-        let same = match (same, script) {
-            (Some(same), _) => same,
-            (None, script) => {
-                let choice = || RobotChoice::of_group(group);
-                let program = match script {
-                    Some(script) => LoadedProgram::open(script, include, &choice())?,
-                    None => Some(LoadedProgram::empty(group)),
-                };
-                alike.push((robot, program.map(shared)));
-                alike.len() - 1
-            }
+    // The mistakes of a script that many groups share are printed once.
+    let programs = programs(&scenario, |group, script| -> Result<_, Box<dyn Problem>> {
+        let program = match script {
+            Some(script) => LoadedProgram::open(script, include, &RobotChoice::of_group(group))?,
+            None => Some(LoadedProgram::empty(group)),
         };
-        programs.push(alike[same].1.clone());
-    }
-    drop(known);
+        Ok(program.map(shared))
+    })?;
     let Some(programs) = programs.into_iter().collect::<Option<Vec<SharedProgram>>>() else {
         return Ok(None);
     };
@@ -118,9 +101,6 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
 
 /// A program of this tool, and the same program for the simulator.
 type SharedProgram = (Arc<LoadedProgram>, run::Program);
-
-/// The program of one script for a robot; `None` if the script has mistakes.
-type OpenedFor<'a> = (&'a Robot, Option<SharedProgram>);
 
 fn shared(program: LoadedProgram) -> SharedProgram {
     let LoadedProgram { image, symbols, sources, .. } = &program;
