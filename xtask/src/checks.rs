@@ -1,5 +1,6 @@
 //! The tests, and the steps that CI runs.
 
+use crate::python;
 use crate::site;
 use crate::sizes;
 use crate::vendor;
@@ -80,6 +81,8 @@ pub enum Step {
     Wasm,
     /// The page of `bbz sim --view` and the playground in a browser
     Page,
+    /// The Python module: lints, its wheel in a Python of its own, tests, types, and the code of its guide
+    Python,
     /// Samples of the long tests
     Soak,
 }
@@ -123,7 +126,7 @@ fn all_steps() -> Result<()> {
     run(&[Step::Guides])?;
     // The samples build images where the tests find those of the robots.
     let samples = Instant::now();
-    at_once(|| run(&[Step::Page]), Step::sample)?;
+    at_once(|| run(&[Step::Page, Step::Python]), Step::sample)?;
     Step::Soak.report(samples);
     Ok(())
 }
@@ -155,6 +158,7 @@ impl Step {
             Step::Guides => carry_out_guides()?,
             Step::Wasm => wasm()?,
             Step::Page => page()?,
+            Step::Python => python::check()?,
             Step::Soak => Step::sample()?,
         }
         self.report(start);
@@ -260,10 +264,10 @@ fn document() -> Result<()> {
 }
 
 /// The lints of a workspace, in the profile of its tests, which use the same build scripts and macros.
-const CLIPPY: [&str; 2] = ["clippy", "--all-targets"];
+pub const CLIPPY: [&str; 2] = ["clippy", "--all-targets"];
 
 /// Options of the lints that make every warning an error.
-const DENY: [&str; 3] = ["--", "-D", "warnings"];
+pub const DENY: [&str; 3] = ["--", "-D", "warnings"];
 
 /// Lets cargo use crates of the workspace as [`CLIPPY`] has checked them: clippy is a wrapper of the
 /// compiler, with its options in a variable. With another path or other options cargo checks these

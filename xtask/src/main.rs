@@ -12,6 +12,7 @@ mod checks;
 mod demo;
 mod mixed_swarm;
 mod package;
+mod python;
 mod quick;
 mod release;
 mod side_by_side;
@@ -152,6 +153,7 @@ mod tests {
             "soak noise",
             "ci",
             "ci on-chip",
+            "ci python",
         ] {
             let words = ["xtask"].into_iter().chain(line.split(' '));
             assert!(CommandLine::try_parse_from(words).is_ok(), "{line}");

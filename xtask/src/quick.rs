@@ -2,7 +2,7 @@
 //! and the language's conformance. It starts no emulator and no browser.
 
 use anyhow::{Context, Result, ensure};
-use bittybuzz_builds::cargo_test::{self, BBZ, EMULATORS, GUIDES, all_tests};
+use bittybuzz_builds::cargo_test::{self, BBZ, EMULATORS, GUIDES, PYTHON, all_tests};
 use bittybuzz_builds::shell::{Invocation, cargo, root};
 use bittybuzz_builds::test_programs;
 use serde_json::Value;
@@ -13,8 +13,12 @@ const CONFORMANCE: &str = "bittybuzz-tests";
 
 /// Packages whose tests start emulators or take long for another reason, and the steps of CI that
 /// run them.
-const LEFT_OUT: [(&str, &str); 3] =
-    [("bittybuzz-hil", "tests"), (GUIDES, "guides"), ("bittybuzz-model", "tests")];
+const LEFT_OUT: [(&str, &str); 4] = [
+    ("bittybuzz-hil", "tests"),
+    (GUIDES, "guides"),
+    ("bittybuzz-model", "tests"),
+    (PYTHON, "python"),
+];
 
 /// The choices of the command line.
 #[derive(Debug, clap::Args)]

@@ -71,6 +71,9 @@ const BROWSER_REQUIREMENTS: &str = "tests/page/requirements.txt";
 /// The list of Python packages that flash Crazyflies by radio.
 const CFLIB_REQUIREMENTS: &str = "tests/hil/cflib/requirements.txt";
 
+/// The list of Python packages that build the Python module and test it.
+const MODULE_REQUIREMENTS: &str = "python/requirements.txt";
+
 /// The list of Python packages for the checks of sources.
 const CHECK_REQUIREMENTS: &str = "xtask/requirements.txt";
 
@@ -151,6 +154,12 @@ pub fn browser() -> Result<PathBuf> {
 pub fn cflib() -> Result<PathBuf> {
     // scipy, which the tests do not use, is larger than all others together.
     python("cflib", CFLIB_REQUIREMENTS, &["--no-deps"])
+}
+
+/// Installs a Python in a folder of its own with the packages that build the Python module and test
+/// it. Returns the path of that Python.
+pub fn python_module() -> Result<PathBuf> {
+    python("python-module", MODULE_REQUIREMENTS, &["--require-hashes"])
 }
 
 /// Installs the spelling checker. Returns its path.

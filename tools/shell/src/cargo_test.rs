@@ -59,6 +59,9 @@ pub const EMULATORS: [&str; 7] = [
 /// The package of the book. Most crates that it compiles have no other user.
 pub const BOOK: &str = "bittybuzz-book";
 
+/// The package of the Python module, which alone needs Python. Its tests are in Python.
+pub const PYTHON: &str = "bittybuzz-python";
+
 /// Returns the options that select all packages that share a build of their tests.
 pub fn shared_packages() -> Vec<&'static str> {
     all_but_emulators().into_iter().chain(["--exclude", BOOK]).collect()
@@ -69,9 +72,10 @@ pub fn emulators() -> Vec<&'static str> {
     EMULATORS.map(|package| ["--package", package]).concat()
 }
 
-/// Returns the options that select all packages but [`EMULATORS`].
+/// Returns the options that select all packages but [`EMULATORS`] and [`PYTHON`].
 pub fn all_but_emulators() -> Vec<&'static str> {
-    [&["--workspace"], EMULATORS.map(|package| ["--exclude", package]).as_flattened()].concat()
+    let emulators = EMULATORS.map(|package| ["--exclude", package]);
+    [&["--workspace", "--exclude", PYTHON], emulators.as_flattened()].concat()
 }
 
 /// Returns the tests of all packages that share a build, with options for cargo and arguments for
