@@ -106,7 +106,7 @@ class LogLine:
 
 @final
 class Expectation:
-    """An expectation of the scenario and its outcome so far. Times are in seconds.
+    """An expectation of the scenario and its current outcome. Times are in seconds.
 
     `first` is the first time at which the condition was true, `since` the time since which it has
     been true without a break, and `against` the first robot that did not pass (id, value).
@@ -334,7 +334,7 @@ class Simulation:
         """Returns the lines that scripts logged since the last call, at most the last 100,000."""
 
     def expectations(self) -> list[Expectation]:
-        """Returns the expectations of the scenario with their outcomes so far."""
+        """Returns the expectations of the scenario with their current outcomes."""
 
 @final
 class Snapshot:

@@ -1,9 +1,7 @@
 """Exceptions of the module. Their names belong to the package."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
+# Checkers of types know this name. The module `typing` takes longer to import than all others here.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from . import Diagnostic
 
@@ -14,7 +12,7 @@ class Error(Exception):
     __module__ = "bittybuzz"
 
     #: The mistakes, each with its place and help; empty for exceptions about calls.
-    diagnostics: tuple[Diagnostic, ...] = ()
+    diagnostics: "tuple[Diagnostic, ...]" = ()
 
 
 class ScenarioError(Error):

@@ -17,7 +17,7 @@ pub const THREADS_MAX: i64 = 1024;
 /// Returns an integer, also one of NumPy.
 pub fn integer(name: &str, value: &Bound<'_, PyAny>, range: RangeInclusive<i64>) -> PyResult<i64> {
     let (first, last) = (range.start(), range.end());
-    // What has `__index__` is an integer to Python; a bool has it, too.
+    // An object with `__index__` is an integer to Python, as NumPy's integers are.
     let Ok(index) = value.call_method0("__index__") else {
         let kind = value.get_type().name()?;
         let text = format!("`{name}` must be an integer from {first} to {last}, not a {kind}");

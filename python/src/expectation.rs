@@ -3,7 +3,7 @@
 use bittybuzz_arena::run::{Simulation, TICKS_PER_SECOND, Verdict};
 use pyo3::prelude::*;
 
-/// An expectation of the scenario and its outcome so far.
+/// An expectation of the scenario and its current outcome.
 #[pyclass(frozen, get_all, eq, module = "bittybuzz")]
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expectation {

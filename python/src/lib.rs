@@ -1,8 +1,8 @@
 //! The Python module `bittybuzz`: the compiler and the simulator for programs and notebooks.
 //!
 //! # Purpose
-//! Researchers run scenarios, read and write the robots' state as NumPy arrays, and measure what a
-//! scenario file cannot express. `docs/python.md` is the guide, and `bittybuzz/__init__.pyi`
+//! Researchers run scenarios, read and write the robots' state as NumPy arrays, and take measures
+//! that a scenario file cannot express. `docs/python.md` is the guide, and `bittybuzz/__init__.pyi`
 //! declares the types, shapes and units.
 //!
 //! # Principles
@@ -11,7 +11,7 @@
 //! 2. **Python goes on**: the interpreter's lock is released while a world runs, and no call waits
 //!    for another thread. A simulation in use raises `Busy`.
 //! 3. **Mistakes are exceptions** with file, line, column and help. A panic, which is a defect of
-//!    this project, becomes the exception `Defect` ([`error::border`]).
+//!    this project, becomes the exception `Defect` (`error::border`).
 //! 4. **NumPy on request**: it is imported when the first array is asked for.
 //!
 //! # Cost

@@ -281,7 +281,7 @@ impl Simulation {
         self.with(|state| Ok(state.take_log()))
     }
 
-    /// Returns the expectations of the scenario with their outcomes so far.
+    /// Returns the expectations of the scenario with their current outcomes.
     fn expectations(&self) -> PyResult<Vec<Expectation>> {
         self.with(|state| Ok(expectation::all(&state.run)))
     }

@@ -73,7 +73,7 @@ def test_written_globals_are_integers_and_floats(tmp_path: pathlib.Path) -> None
 
 
 def test_floats_of_32_bits_are_exact(tmp_path: pathlib.Path) -> None:
-    text = worlds.WORLD.replace('"zooids"', '"crazyflie"').replace("spacing = 60", "spacing = 110")
+    text = worlds.WORLD.replace('"zooids"', '"crazyflie"').replace("spacing = 60", "spacing = 120")
     simulation = worlds.simulation(tmp_path, text)
     values = (np.sqrt(np.arange(4)) / 7).astype(np.float32)
     simulation.write("global.half", values)
