@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::script::{folder, program, read};
-use bittybuzz_arena::run::{Session, Setup, SetupError, Simulation, Verdict};
-use bittybuzz_arena::scenario::{Scenario, ScenarioError};
+use bittybuzz_arena::run::{Session, Setup, SetupError, Simulation, Verdict, complete_observed};
+use bittybuzz_arena::scenario::{Quantity, Scenario, ScenarioError};
 
 const COUNTS: &str = "join = 1 doubled = 0 half = 0.5 n = 0 whole = 0 t = {.a = 1}\n\
     function init() { doubled = 2 * join }\n\
@@ -99,6 +99,20 @@ fn each_robot_gets_its_own_number() {
         equals(10, "2", "n", "70"),
     ];
     run("globals_each", &(events.to_owned() + &expects.concat()));
+}
+
+#[test]
+fn a_batch_reads_quantities_after_each_tick() {
+    let setup = simulation("globals_batch", "").setup().clone();
+    let probe = setup.probe(&Quantity::parse("global.n").unwrap()).unwrap();
+    let mut seen = Vec::new();
+    let read = |run: &Simulation| seen.push((run.now(), run.numbers(&probe)[0]));
+    let summary = complete_observed(&setup, 1, || false, read).unwrap().unwrap();
+    assert_eq!(summary.ticks, 100);
+    let ticks: Vec<u64> = seen.iter().map(|(tick, _)| *tick).collect();
+    assert_eq!(ticks, (0..=100).collect::<Vec<u64>>());
+    // The global code and `init` take the first tick.
+    assert_eq!((seen[0].1, seen[1].1, seen[100].1), (None, Some(0.0), Some(99.0)));
 }
 
 #[test]

@@ -37,8 +37,20 @@ pub fn complete(
     seed: u32,
     is_interrupted: impl Fn() -> bool,
 ) -> Result<Option<Summary>, RunError> {
+    complete_observed(setup, seed, is_interrupted, |_| {})
+}
+
+/// Simulates a run as [`complete`] does, and calls `each` with it before its first tick and after
+/// each tick, so that the caller reads what the summary does not have.
+pub fn complete_observed(
+    setup: &Arc<Setup>,
+    seed: u32,
+    is_interrupted: impl Fn() -> bool,
+    mut each: impl FnMut(&Simulation),
+) -> Result<Option<Summary>, RunError> {
     let simulation = Simulation::new(setup.clone(), seed, 1);
     let mut simulation = simulation.map_err(RunError::Scenario)?;
+    each(&simulation);
     while !simulation.is_over() {
         if is_interrupted() {
             return Ok(None);
@@ -46,6 +58,7 @@ pub fn complete(
         simulation.tick().map_err(RunError::Firmware)?;
         // The log is not used here, and would grow without limit.
         simulation.take_log();
+        each(&simulation);
     }
     Ok(Some(simulation.summary()))
 }

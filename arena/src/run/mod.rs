@@ -25,7 +25,7 @@ mod simulation;
 mod summary;
 mod swarm;
 
-pub use complete::{RunError, complete};
+pub use complete::{RunError, complete, complete_observed};
 pub use expectation::{Convergence, Verdict};
 pub use firmware::FirmwareError;
 #[cfg(feature = "emulators")]
