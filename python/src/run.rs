@@ -172,7 +172,7 @@ fn drive<P: Profile>(
     let has_function = |hash: u16| {
         robots.iter().flat_map(|robot| &robot.functions).any(|function| function.hash() == hash)
     };
-    let loaded = vm.load_limited(Image::new(image), settings.slots, &has_function);
+    let loaded = vm.load_limited(Image::new(image), settings.slots, has_function);
     loaded.map_err(|cause| {
         Ended::Refused(format!("the script {}", bittybuzz_compiler::refusal::sentence(&cause)))
     })?;
