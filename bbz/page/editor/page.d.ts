@@ -99,4 +99,10 @@ export type ToWorker =
     | { open: string; files?: Texts }
     | { request: Request }
     | { isTaken: true };
+// Messages of the window around a frame to the page in it.
+export type FromWindow =
+    | { events: ShownEvent[]; sample?: ArrayBuffer }
+    | { isAlive: true }
+    | { isElsewhere: true }
+    | { hasEnded: true };
 export type FromWorker = { isReady: true } | { events: ShownEvent[]; sample?: Uint8Array };

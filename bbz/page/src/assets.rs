@@ -81,6 +81,11 @@ const ASSETS: [Asset; 52] = [
     asset!("view.js", SCRIPT),
 ];
 
+/// Returns the files of the page.
+pub fn all() -> &'static [Asset] {
+    &ASSETS
+}
+
 /// Returns the file with that name.
 pub fn find(name: &str) -> Option<&'static Asset> {
     ASSETS.iter().find(|asset| asset.name == name)

@@ -1,7 +1,8 @@
 //! The page that shows a session, and its server.
 //!
 //! [`Page::open`] binds the loopback address and serves the page from a thread of its own; [`Page::show`] runs the session in the
-//! caller's thread until the page is closed.
+//! caller's thread until the page is closed. [`Frames`] and [`single_page`] do without a server: another
+//! program, such as a notebook, has the page in a frame and passes its messages on.
 //!
 //! # Principles
 //! 1. **For the user of this computer alone.** The server listens on the loopback address, every path begins with a secret of 128 random
@@ -19,7 +20,11 @@
 
 mod assets;
 mod door;
+mod frames;
 mod server;
 mod show;
+mod single;
 
+pub use frames::{FrameMessage, Frames};
 pub use server::{Page, PageError};
+pub use single::single_page;

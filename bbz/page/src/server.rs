@@ -39,15 +39,18 @@ const ACCEPT_AGAIN: Duration = Duration::from_millis(200);
 const WAIT: &str = "wait";
 
 /// A message of a waiting client that asks to take the session over.
-const TAKE_OVER: &str = "take over";
+pub(crate) const TAKE_OVER: &str = "take over";
 
 /// A message by which a client asks for an answer of the session, which is the same. Without an answer the session
 /// does not handle requests.
-const PING: &str = "ping";
+pub(crate) const PING: &str = "ping";
 
 /// A message of a client that has handled a batch. Before it, the session sends no other sample, and no other events than
 /// the answers of requests.
-const TAKEN: &str = "taken";
+pub(crate) const TAKEN: &str = "taken";
+
+/// The time that a session waits for its page to connect again, for example after a reload.
+pub(crate) const LINGER: Duration = Duration::from_secs(5);
 
 /// The greatest number of requests of a client that have no answer yet. The server reads no further ones: the system
 /// then lets the client wait.
@@ -129,7 +132,9 @@ pub struct Page {
     /// The events of all clients, each with the client's number.
     pub(crate) events: Receiver<(u64, ClientEvent)>,
     /// The number of clients that have connected.
-    count: Arc<AtomicU64>,
+    pub(crate) count: Arc<AtomicU64>,
+    /// The time for which a session goes on without a client; `None` if it does so for good.
+    pub(crate) linger: Option<Duration>,
 }
 
 /// State that all requests share.
@@ -164,13 +169,12 @@ impl Page {
         let thread = thread::Builder::new().name("page".to_owned());
         let serve = accept(listener, router);
         thread.spawn(move || runtime.block_on(serve)).map_err(PageError::Server)?;
-        Ok(Page { url, events, count })
+        Ok(Page { url, events, count, linger: Some(LINGER) })
     }
 
-    /// Returns a page that takes events from a channel.
-    #[cfg(test)]
+    /// Returns a page that takes events from a channel. Its session goes on without clients.
     pub(crate) fn without_server(events: Receiver<(u64, ClientEvent)>) -> Self {
-        Page { url: String::new(), events, count: Arc::default() }
+        Page { url: String::new(), events, count: Arc::default(), linger: None }
     }
 
     /// Returns the address of the page, with its secret.

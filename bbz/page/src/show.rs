@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use bittybuzz_live::{Defect, DefectEvent, PageEvent, Source};
 use tokio::sync::mpsc::UnboundedSender;
 
-use crate::server::{Batch, ClientEvent, Page, ToClient, Unanswered};
+use crate::server::{Batch, ClientEvent, LINGER, Page, ToClient, Unanswered};
 
 /// The longest time that a run advances before requests are read.
 const TURN: Duration = Duration::from_millis(12);
@@ -16,9 +16,6 @@ const PULSE: Duration = Duration::from_millis(15);
 
 /// The greatest number of events of clients in a turn.
 const EVENTS_MAX: usize = 64;
-
-/// The time that a session waits for its page to connect again, for example after a reload.
-const LINGER: Duration = Duration::from_secs(5);
 
 /// A connected page.
 struct Client {
@@ -119,7 +116,8 @@ impl Clients {
 
 impl Page {
     /// Shows a session or a recording until the page has been closed for some seconds or
-    /// `is_interrupted` returns true. Waits without limit for a page that was never opened. A defect
+    /// `is_interrupted` returns true. Waits without limit for a page that was never opened, and for
+    /// frames. A defect
     /// ends the session, and the page shows it with `help`; texts that were edited stay there.
     pub fn show(
         &self,
@@ -143,7 +141,10 @@ impl Page {
     ) {
         let start = Instant::now();
         let mut closed_at: Option<Instant> = None;
-        while !is_interrupted() && closed_at.is_none_or(|closed| closed.elapsed() < LINGER) {
+        let is_closed = |closed_at: Option<Instant>| {
+            closed_at.zip(self.linger).is_some_and(|(at, linger)| at.elapsed() >= linger)
+        };
+        while !is_interrupted() && !is_closed(closed_at) {
             let now = start.elapsed();
             let turn = Instant::now();
             let is_late = source.advance(now, &mut || turn.elapsed() < TURN);

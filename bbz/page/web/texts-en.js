@@ -24,6 +24,7 @@ export const english = {
     markAt: (/** @type {number} */ seconds, /** @type {string} */ text) => `${seconds.toFixed(1)} s: ${text}`,
     over: "The run is over.", cut: (/** @type {string} */ reason) => `The recording ends early: ${reason}.`,
     away: "The session has ended. Start it again in the terminal.",
+    awayFromNotebook: "The session has ended. Run the cell of the notebook again.",
     elsewhere: "Another page shows this session now. What you do here has no effect.",
     takeOver: "Continue here", takeOverHelp: "This page gets the session from the other one",
     late: (/** @type {number} */ seconds) => `The session has not answered for ${seconds.toFixed(0)} s: it computes, or the computer is busy.`,

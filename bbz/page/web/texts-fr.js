@@ -25,6 +25,7 @@ export const french = {
     markAt: (seconds, text) => `${seconds.toFixed(1)} s : ${text}`,
     over: "L'exécution est terminée.", cut: (reason) => `L'enregistrement s'arrête avant la fin : ${reason}.`,
     away: "La session est terminée. Relancez-la dans le terminal.",
+    awayFromNotebook: "La session est terminée. Exécutez de nouveau la cellule du notebook.",
     elsewhere: "Une autre page montre maintenant cette session. Ce que vous faites ici est sans effet.",
     takeOver: "Continuer ici", takeOverHelp: "Cette page reprend la session de l'autre",
     late: (seconds) => `La session n'a pas répondu depuis ${seconds.toFixed(0)} s : elle calcule, ou l'ordinateur est occupé.`,
