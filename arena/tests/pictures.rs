@@ -3,7 +3,7 @@
 use crate::script::{folder, read, run_with};
 use bittybuzz_arena::output::recording::RecordingWriter;
 use bittybuzz_arena::output::{
-    History, RunRow, RunTable, chart, quartiles, recorder, trajectories,
+    History, Movie, RunRow, RunTable, chart, quartiles, recorder, trajectories,
 };
 
 const WALK: &str = "math.rng.setseed(id)\nn = 0\nfunction step() { n = n + 1\n\
@@ -48,6 +48,74 @@ fn pictures_are_xml() {
             assert!(document.descendants().any(|node| node.text() == Some(&quantity.to_string())));
         }
     }
+}
+
+/// Returns the values of an animated attribute.
+fn animated<'a>(node: roxmltree::Node<'a, '_>, attribute: &str) -> Vec<&'a str> {
+    let animation = node.children().find(|child| {
+        child.has_tag_name("animate") && child.attribute("attributeName") == Some(attribute)
+            || child.has_tag_name("animateTransform") && child.attribute("type") == Some(attribute)
+    });
+    let values = animation.map(|animation| animation.attribute("values").unwrap());
+    values.unwrap_or_default().split(';').collect()
+}
+
+#[test]
+fn a_movie_has_the_places_of_each_robot() {
+    let folder = folder("movie", &[("walk.bzz", WALK)]);
+    let text = world(3)
+        + "[[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\ncount = 1\npositions = [[300, 250]]\npresent = false\n[[event]]\nat = 2\njoin = 3\n";
+    let mut movie = Movie::default();
+    let mut places = Vec::new();
+    let summary = run_with(&folder, &text, 1, |simulation| {
+        if simulation.now().is_multiple_of(10) {
+            movie.add(simulation);
+            let place = |robot| simulation.view(robot).map(|view| [view.pose.x, view.pose.y]);
+            places.push((0..4).map(place).collect::<Vec<_>>());
+        }
+    });
+    drop(summary);
+    let (scenario, _) = read(&folder, &text);
+    let picture = movie.draw(&scenario.world, 2.0);
+    let document = roxmltree::Document::parse(&picture).unwrap();
+    let robots: Vec<_> = document
+        .descendants()
+        .filter(|node| {
+            node.attribute("transform").is_some_and(|text| text.starts_with("translate"))
+        })
+        .collect();
+    assert_eq!(robots.len(), 4);
+    // The world is drawn with 900 / 800 of its size, 10 from the rim, with y down.
+    let drawn = |[x, y]: [f32; 2]| {
+        format!("{:.1} {:.1}", 10.0 + (x + 400.0) * 1.125, 10.0 + (300.0 - y) * 1.125)
+    };
+    for (robot, node) in robots.iter().enumerate() {
+        let ways: Vec<String> = places.iter().filter_map(|frame| frame[robot]).map(drawn).collect();
+        let shown = animated(*node, "translate");
+        assert_eq!(shown.len(), places.len());
+        assert!(
+            shown.iter().rev().zip(ways.iter().rev()).all(|(one, other)| one == other),
+            "{shown:?}"
+        );
+    }
+    let is_hidden = |node: &roxmltree::Node<'_, '_>| node.attribute("visibility") == Some("hidden");
+    assert_eq!(robots.iter().map(is_hidden).collect::<Vec<_>>(), [false, false, false, true]);
+    assert_eq!(animated(robots[3], "visibility"), ["hidden", "visible"]);
+    // Half of five seconds from the first frame to the last one.
+    let dur = robots[0].children().find_map(|child| child.attribute("dur")).unwrap();
+    let seconds = (places.len() - 1) as f64 / 2.0;
+    assert_eq!(dur, format!("{seconds:.3}s"));
+
+    let mut still = Movie::default();
+    run_with(&folder, &text, 1, |simulation| {
+        if simulation.now() == 10 {
+            still.add(simulation);
+        }
+    });
+    let picture = still.draw(&scenario.world, 1.0);
+    assert!(!picture.contains("animate"), "{picture}");
+    assert_eq!(picture.matches("<g transform").count(), 3);
+    roxmltree::Document::parse(&Movie::default().draw(&scenario.world, 1.0)).unwrap();
 }
 
 #[test]

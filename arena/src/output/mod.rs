@@ -1,8 +1,10 @@
 //! The output of runs: recordings, pictures, tables.
 
+mod backdrop;
 mod chart;
 mod history;
 pub mod metrics;
+mod movie;
 pub mod recorder;
 pub mod recording;
 mod svg;
@@ -11,5 +13,6 @@ mod trajectories;
 
 pub use chart::chart;
 pub use history::History;
+pub use movie::Movie;
 pub use table::{RunRow, RunTable, csv_line, quartiles};
 pub use trajectories::trajectories;

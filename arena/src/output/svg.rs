@@ -5,6 +5,9 @@ use std::fmt::Write;
 /// The reason why writing to a string succeeds.
 const WRITTEN: &str = "a string accepts all text";
 
+/// The colors of LEDs, by the sum of 1 for red, 2 for green and 4 for blue.
+pub const LEDS: [&str; 8] = ["#ddd", "#e33", "#2a2", "#ec0", "#36f", "#d3d", "#0bc", "white"];
+
 /// A picture that grows element by element.
 pub struct Svg {
     text: String,
