@@ -76,8 +76,17 @@ impl ScenarioFiles {
         path: &Path,
         values: &[String],
     ) -> Result<Setup, Vec<CompilerMessage>> {
-        let models = bittybuzz_robot_models::all();
-        self.set_up(Scenario::parse_in(&*self.files, text, path, values, &models))
+        self.set_up(self.parse_scenario(text, path, values))
+    }
+
+    /// Parses a text as the scenario at a path, without its scripts.
+    pub fn parse_scenario(
+        &self,
+        text: &str,
+        path: &Path,
+        values: &[String],
+    ) -> Result<Scenario, Vec<ScenarioError>> {
+        Scenario::parse_in(&*self.files, text, path, values, &bittybuzz_robot_models::all())
     }
 
     /// Compiles the scripts of a scenario that was read. Commands can load scripts from these files.

@@ -63,30 +63,31 @@ impl Files for SharedFiles {
     }
 }
 
-/// A workshop for a scenario among files in memory. Drafts are stored there, and nothing is written
-/// to disk: users download texts to keep them.
-#[derive(Debug)]
+impl From<SharedFiles> for ScenarioFiles {
+    fn from(files: SharedFiles) -> Self {
+        ScenarioFiles::new(files)
+    }
+}
+
+/// A workshop for a scenario among files, on disk or in memory. Drafts are stored in memory, and
+/// nothing is written to disk: users download texts to keep them.
 pub struct Shelf {
-    files: SharedFiles,
+    files: ScenarioFiles,
     drafts: SharedFiles,
     scenario: PathBuf,
 }
 
 impl Shelf {
     /// Returns a shelf for the scenario at a path.
-    pub fn new(files: SharedFiles, scenario: PathBuf) -> Self {
+    pub fn new(files: impl Into<ScenarioFiles>, scenario: PathBuf) -> Self {
+        let files = files.into();
         Shelf { files, drafts: SharedFiles::default(), scenario }
-    }
-
-    /// Returns the files without the drafts.
-    fn scenario_files(&self) -> ScenarioFiles {
-        ScenarioFiles::new(self.files.clone())
     }
 
     /// Opens the scenario and compiles its scripts. Returns the run before its first tick, with the
     /// seed of the scenario, and the text of the scenario. An error is a text for users.
     pub fn open(&self, threads: usize) -> Result<(Simulation, String), String> {
-        let text = self.files.text(&self.scenario)?;
+        let text = self.files.read_text(&self.scenario)?;
         let setup = set_up(self, &text, &[], &[]).map_err(|errors| text_of(&errors))?;
         let seed = setup.scenario.world.seed;
         let setup = setup.with_compiler(self.compiler());
@@ -101,17 +102,11 @@ impl Workshop for Shelf {
     }
 
     fn parse(&self, text: &str, values: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
-        Scenario::parse_in(
-            &self.files,
-            text,
-            &self.scenario,
-            values,
-            &bittybuzz_robot_models::all(),
-        )
+        self.files.parse_scenario(text, &self.scenario, values)
     }
 
     fn compiler(&self) -> Compiler {
-        let (files, drafts) = (self.scenario_files(), self.drafts.clone());
+        let (files, drafts) = (self.files.clone(), self.drafts.clone());
         let saved = files.compiler();
         Arc::new(move |script, group| match drafts.text(script) {
             Ok(draft) => program_or_report(files.compile(script, &draft, group)),
@@ -120,11 +115,11 @@ impl Workshop for Shelf {
     }
 
     fn read(&self, script: &Path) -> Result<String, String> {
-        self.files.text(script)
+        self.files.read_text(script)
     }
 
     fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
-        self.scenario_files().compile(script, text, group)
+        self.files.compile(script, text, group)
     }
 
     fn keep(&mut self, script: &Path, text: &str) {
@@ -136,6 +131,6 @@ impl Workshop for Shelf {
     }
 
     fn write(&self, script: &Path, _: &str) -> Result<(), String> {
-        Err(format!("`{}` is in this page alone: download it", script.display()))
+        Err(format!("`{}` is not written: download it", script.display()))
     }
 }
