@@ -3,10 +3,13 @@
 from collections.abc import Callable, Sequence
 from os import PathLike
 from types import TracebackType
-from typing import Any, Literal, final
+from typing import TYPE_CHECKING, Any, Literal, final
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from .notebook import View
 
 __all__ = [
     "Busy",
@@ -16,6 +19,7 @@ __all__ = [
     "Expectation",
     "LogLine",
     "NotReplayable",
+    "Picture",
     "Recording",
     "RobotError",
     "RunError",
@@ -226,6 +230,12 @@ class Scenario:
         on the places alone.
         """
 
+    def view(self, seed: int | None = None, height: int = 640) -> View:
+        """Opens the page of `bbz sim --view` in a notebook, with a run of its own.
+
+        It needs anywidget: `pip install "bittybuzz[notebook]"`. `height` is in pixels.
+        """
+
     @property
     def seed(self) -> int:
         """The seed of the scenario."""
@@ -330,6 +340,38 @@ class Simulation:
         in a `with` statement.
         """
 
+    def history(
+        self, *quantities: str, every: float | None = None
+    ) -> dict[str, npt.NDArray[np.float64]]:
+        """Returns quantities from the beginning of the run to now, sampled every `every` seconds.
+
+        The dictionary has the times in s as "time", shape (T,), and each quantity by its name,
+        shape (T, N), or (T, 1) for one of the swarm. The run is repeated for this, so quantities
+        need not be chosen before. `every` is the interval of the scenario by default.
+        """
+
+    def plot(self, quantity: str | None = None, every: float | None = None) -> Picture:
+        """Draws a quantity from the beginning of the run to now, sampled every `every` seconds.
+
+        Without a quantity it is the first one of `[output] plot` in the scenario. More than 50
+        robots are shown by their median, quartiles and extremes.
+        """
+
+    def picture(self) -> Picture:
+        """Draws the world and its robots, filled with the color of their LEDs, from above."""
+
+    def movie(self, seconds: float, every: float = 0.5, speed: float = 1.0) -> Picture:
+        """Simulates `seconds`, at most to the end, and draws the world every `every` seconds.
+
+        Returns a picture that moves, `speed` times as fast as the robots.
+        """
+
+    def view(self, height: int = 640) -> View:
+        """Opens the page of `bbz sim --view` in a notebook, with a run of its own from now on.
+
+        It needs anywidget: `pip install "bittybuzz[notebook]"`. `height` is in pixels.
+        """
+
     def logs(self) -> list[LogLine]:
         """Returns the lines that scripts logged since the last call, at most the last 100,000."""
 
@@ -343,6 +385,19 @@ class Snapshot:
     @property
     def time(self) -> float:
         """Seconds since the run began."""
+
+@final
+class Picture:
+    """A drawing as SVG, which notebooks display. That of a movie moves."""
+
+    @property
+    def svg(self) -> str:
+        """The drawing as a document in SVG."""
+
+    def save(self, path: _Path) -> None:
+        """Writes the drawing to a file, whose name ends in `.svg`."""
+
+    def _repr_html_(self) -> str: ...
 
 @final
 class Recording:

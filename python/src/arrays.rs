@@ -38,3 +38,15 @@ pub fn array_2<const COLUMNS: usize>(
     let rows = Array2::from_shape_vec(shape, rows.into_flattened());
     Ok(rows.expect("the shape is that of the rows").into_pyarray(py))
 }
+
+/// Moves numbers into an array of shape (T, `columns`), row by row.
+pub fn table(
+    py: Python<'_>,
+    columns: usize,
+    numbers: Vec<f64>,
+) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    numpy(py)?;
+    let rows = numbers.len().checked_div(columns).unwrap_or(0);
+    let table = Array2::from_shape_vec((rows, columns), numbers);
+    Ok(table.expect("each row has as many numbers as columns").into_pyarray(py))
+}

@@ -27,8 +27,11 @@ mod diagnostic;
 mod error;
 mod expectation;
 mod ground;
+mod history;
 mod host;
+mod live_session;
 mod log_line;
+mod picture;
 mod recording;
 mod run;
 mod scenario;
@@ -48,7 +51,11 @@ mod _bittybuzz {
     #[pymodule_export]
     use crate::expectation::Expectation;
     #[pymodule_export]
+    use crate::live_session::{LiveSession, single_page};
+    #[pymodule_export]
     use crate::log_line::LogLine;
+    #[pymodule_export]
+    use crate::picture::Picture;
     #[pymodule_export]
     use crate::recording::Recording;
     #[pymodule_export]

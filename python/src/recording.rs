@@ -72,8 +72,8 @@ impl Recorder {
 }
 
 /// Returns the exception for a failure, which is a subclass of `OSError` for its kind.
-fn unwritable(path: &Path, error: &io::Error) -> PyErr {
-    let text = format!("cannot write the recording `{}`: {error}", path.display());
+pub fn unwritable(path: &Path, error: &io::Error) -> PyErr {
+    let text = format!("cannot write `{}`: {error}", path.display());
     io::Error::new(error.kind(), text).into()
 }
 

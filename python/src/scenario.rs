@@ -19,20 +19,34 @@ use crate::toml_text::settings;
 /// The name of a text that is in no file, for messages.
 const TEXT: &str = "<text>";
 
+/// The text of a scenario, and its path.
+#[derive(Clone, Debug)]
+pub struct ScenarioText {
+    pub path: PathBuf,
+    pub text: String,
+}
+
 /// A scenario with its compiled scripts, from which any number of simulations start.
 #[pyclass(frozen, module = "bittybuzz")]
-pub struct Scenario(Arc<Setup>);
+pub struct Scenario {
+    setup: Arc<Setup>,
+    source: Arc<ScenarioText>,
+}
 
 impl Scenario {
     /// Opens a scenario without the interpreter's lock.
     fn opened(
         py: Python<'_>,
-        open: impl FnOnce(&ScenarioFiles) -> Result<Setup, Vec<CompilerMessage>> + Send,
+        source: impl FnOnce(&ScenarioFiles) -> Result<ScenarioText, String> + Send,
+        set: &[String],
     ) -> PyResult<Self> {
-        border(|| {
-            let setup = py.detach(|| open(&ScenarioFiles::on_disk()));
-            Ok(Scenario(Arc::new(setup.map_err(|messages| of_messages(py, messages))?)))
-        })
+        let open = || {
+            let files = ScenarioFiles::on_disk();
+            let source = source(&files).map_err(|text| vec![CompilerMessage::error(text)])?;
+            let setup = files.parse(&source.text, &source.path, set)?;
+            Ok(Scenario { setup: Arc::new(setup), source: Arc::new(source) })
+        };
+        border(|| py.detach(open).map_err(|messages| of_messages(py, messages)))
     }
 }
 
@@ -49,7 +63,7 @@ impl Scenario {
         set: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let (path, set) = (self::path("path", path)?, settings(set)?);
-        Scenario::opened(py, |files| files.open(&path, &set))
+        Scenario::opened(py, |files| Ok(ScenarioText { text: files.read_text(&path)?, path }), &set)
     }
 
     /// Parses the text of a scenario and compiles its scripts, which are relative to `folder`.
@@ -63,7 +77,8 @@ impl Scenario {
     ) -> PyResult<Self> {
         let folder = folder.map_or(Ok(PathBuf::new()), |folder| path("folder", folder))?;
         let set = settings(set)?;
-        Scenario::opened(py, |files| files.parse(text, &folder.join(Path::new(TEXT)), &set))
+        let source = ScenarioText { path: folder.join(Path::new(TEXT)), text: text.to_owned() };
+        Scenario::opened(py, |_| Ok(source), &set)
     }
 
     /// Starts a simulation: the world before its first tick.
@@ -81,7 +96,7 @@ impl Scenario {
         ground: Option<Bound<'_, PyAny>>,
         pure: bool,
     ) -> PyResult<Simulation> {
-        let setup = self.0.clone();
+        let setup = self.setup.clone();
         let seed = match seed {
             None => setup.scenario.world.seed,
             Some(seed) => integer("seed", seed, 0..=i64::from(u32::MAX))? as u32,
@@ -99,26 +114,39 @@ impl Scenario {
                 run.set_ground(PythonGround::new(callback.unbind(), failure.clone()));
                 Ground { failure, is_pure: pure }
             });
-            Ok(Simulation::new(State::new(run, ground)))
+            Ok(Simulation::new(State::new(run, ground).of_scenario(self.source.clone())))
         })
+    }
+
+    /// Opens the page of `bbz sim --view` in a notebook, with a run of its own.
+    ///
+    /// It needs anywidget: `pip install "bittybuzz[notebook]"`. `height` is in pixels.
+    #[pyo3(signature = (seed = None, height = 640))]
+    fn view<'py>(
+        &self,
+        py: Python<'py>,
+        seed: Option<&Bound<'_, PyAny>>,
+        height: u32,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.start(py, seed, None, None, false)?.view(py, height)
     }
 
     /// The seed of the scenario.
     #[getter]
     fn seed(&self) -> u32 {
-        self.0.scenario.world.seed
+        self.setup.scenario.world.seed
     }
 
     /// The duration of a run in seconds.
     #[getter]
     fn duration(&self) -> f64 {
-        self.0.scenario.world.duration
+        self.setup.scenario.world.duration
     }
 
     /// The number of robots, absent ones included.
     #[getter]
     fn robot_count(&self) -> usize {
-        self.0.scenario.robot_count()
+        self.setup.scenario.robot_count()
     }
 
     fn __repr__(&self) -> String {

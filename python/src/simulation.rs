@@ -3,6 +3,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread::{self, ThreadId};
 
+use bittybuzz_arena::output::{Movie, chart};
 use bittybuzz_arena::run::TICKS_PER_SECOND;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
@@ -10,10 +11,13 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyInt, PyList};
 
 use crate::arguments::{integer, path};
-use crate::arrays::{array_1, array_2, numpy};
+use crate::arrays::{array_1, array_2, numpy, table};
 use crate::error::{Busy, Defect, Error, border, of_scenario};
 use crate::expectation::{self, Expectation};
+use crate::history::History;
+use crate::live_session::LiveSession;
 use crate::log_line::LogLine;
+use crate::picture::Picture;
 use crate::recording::{Recorder, Recording};
 use crate::snapshot::Snapshot;
 use crate::state::State;
@@ -37,6 +41,22 @@ impl Drop for Turn<'_> {
 }
 
 impl Simulation {
+    /// Samples quantities from the beginning of the run, by default at the interval of the scenario.
+    fn sampled(
+        &self,
+        py: Python<'_>,
+        quantities: &[String],
+        every: Option<f64>,
+    ) -> PyResult<History> {
+        let (past, probes, usual) = self.with(|state| {
+            let probes = quantities.iter().map(|name| state.probe(py, name).cloned());
+            let probes = probes.collect::<PyResult<Vec<_>>>()?;
+            Ok((state.past()?, probes, state.run.setup().scenario.output.every))
+        })?;
+        let every = ticks_of_interval(every.unwrap_or(usual))?;
+        border(|| past.sample(py, &probes, every))
+    }
+
     pub fn new(state: State) -> Self {
         Simulation { state: Mutex::new(state), stepping: Mutex::new(None) }
     }
@@ -276,6 +296,108 @@ impl Simulation {
         })
     }
 
+    /// Returns quantities from the beginning of the run to now, sampled every `every` seconds.
+    ///
+    /// The dictionary has the times in s as "time", shape (T,), and each quantity by its name, shape
+    /// (T, N), float64. The run is repeated for this, so quantities need not be chosen before.
+    #[pyo3(signature = (*quantities, every = None))]
+    fn history<'py>(
+        &self,
+        py: Python<'py>,
+        quantities: Vec<String>,
+        every: Option<f64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let history = self.sampled(py, &quantities, every)?;
+        let table = PyDict::new(py);
+        table.set_item("time", array_1(py, history.times)?)?;
+        for (name, samples) in quantities.iter().zip(history.values) {
+            table.set_item(name, array_of_samples(py, samples)?)?;
+        }
+        Ok(table)
+    }
+
+    /// Draws a quantity from the beginning of the run to now, sampled every `every` seconds.
+    ///
+    /// Without a quantity it is the first one of `[output] plot` in the scenario.
+    #[pyo3(signature = (quantity = None, every = None))]
+    fn plot(
+        &self,
+        py: Python<'_>,
+        quantity: Option<String>,
+        every: Option<f64>,
+    ) -> PyResult<Picture> {
+        let named = |state: &mut State| {
+            let plots = &state.run.setup().scenario.output.plot;
+            let first = plots.first().map(|(quantity, _)| quantity.to_string());
+            first.ok_or_else(|| {
+                PyValueError::new_err(
+                    "the scenario has no `[output] plot`\n  help: name a quantity, such as \"x\"",
+                )
+            })
+        };
+        let quantity = quantity.map_or_else(|| self.with(named), Ok)?;
+        let history = self.sampled(py, std::slice::from_ref(&quantity), every)?;
+        border(|| Ok(Picture::new(chart(&quantity, &history.times, &history.values[0]))))
+    }
+
+    /// Draws the world and its robots, filled with the color of their LEDs, as seen from above.
+    fn picture(&self) -> PyResult<Picture> {
+        self.with(|state| {
+            let mut movie = Movie::default();
+            movie.add(&state.run);
+            Ok(Picture::new(movie.draw(&state.run.setup().scenario.world, 1.0)))
+        })
+    }
+
+    /// Simulates `seconds`, at most to the end of the run, and draws the world every `every` seconds.
+    ///
+    /// Returns a picture that moves, `speed` times as fast as the robots.
+    #[pyo3(signature = (seconds, every = 0.5, speed = 1.0))]
+    fn movie(slf: &Bound<'_, Self>, seconds: f64, every: f64, speed: f64) -> PyResult<Picture> {
+        let py = slf.py();
+        let ticks = ticks("seconds", seconds)?;
+        let every = ticks_of_interval(every)?;
+        if !(speed.is_finite() && speed > 0.0) {
+            return Err(PyValueError::new_err(format!("`speed` must be above 0, not {speed}")));
+        }
+        let simulation = slf.get();
+        let _turn = simulation.turn()?;
+        let mut movie = Movie::default();
+        let mut done = 0;
+        loop {
+            if done % every == 0 {
+                simulation.with(|state| {
+                    movie.add(&state.run);
+                    Ok(())
+                })?;
+            }
+            let most = (every - done % every).min(ticks - done);
+            let advanced = simulation.with(|state| py.detach(|| state.advance(most)))?;
+            py.check_signals()?;
+            done += advanced;
+            if advanced == 0 {
+                break;
+            }
+        }
+        simulation
+            .with(|state| Ok(Picture::new(movie.draw(&state.run.setup().scenario.world, speed))))
+    }
+
+    /// Opens the page of `bbz sim --view` in a notebook, with a run of its own from now on.
+    ///
+    /// It needs anywidget: `pip install "bittybuzz[notebook]"`. `height` is in pixels.
+    #[pyo3(signature = (height = 640))]
+    pub fn view<'py>(&self, py: Python<'py>, height: u32) -> PyResult<Bound<'py, PyAny>> {
+        let session = self.with(|state| {
+            state.check_replayable()?;
+            let run = &mut state.run;
+            let copy = py.detach(move || run.snapshot());
+            let copy = copy.ok_or_else(|| Error::new_err("this run has no copies"))?;
+            Ok(LiveSession::new(copy, state.source()?.clone()))
+        })?;
+        PyModule::import(py, "bittybuzz.notebook")?.getattr("View")?.call1((session, height))
+    }
+
     /// Returns the lines that scripts have logged since the last call, at most the last 100,000.
     fn logs(&self) -> PyResult<Vec<LogLine>> {
         self.with(|state| Ok(state.take_log()))
@@ -293,6 +415,34 @@ impl Simulation {
         });
         described.unwrap_or_else(|_| "<Simulation in use>".to_owned())
     }
+}
+
+/// Returns the number of ticks in a time.
+fn ticks(name: &str, seconds: f64) -> PyResult<u64> {
+    let ticks = (seconds * TICKS_PER_SECOND).round();
+    if ticks.is_finite() && (0.0..1e15).contains(&ticks) {
+        return Ok(ticks as u64);
+    }
+    Err(PyValueError::new_err(format!("`{name}` must be a time in seconds, not {seconds}")))
+}
+
+/// Returns the number of ticks in an interval, which is at least one.
+fn ticks_of_interval(every: f64) -> PyResult<u64> {
+    let count = ticks("every", every)?;
+    match count > 0 {
+        true => Ok(count),
+        false => Err(PyValueError::new_err(format!("`every` must be at least 0.1 s, not {every}"))),
+    }
+}
+
+/// Returns samples as an array with a row for each.
+fn array_of_samples(
+    py: Python<'_>,
+    samples: Vec<Vec<Option<f64>>>,
+) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    let columns = samples.first().map_or(0, Vec::len);
+    let numbers = samples.iter().flatten().map(|number| number.unwrap_or(f64::NAN));
+    table(py, columns, numbers.collect())
 }
 
 /// Returns the numbers of a command `set` as TOML: one for all robots, or a list.

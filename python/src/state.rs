@@ -10,8 +10,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::{Error, of_scenario};
+use crate::history::Past;
 use crate::log_line::LogLine;
 use crate::recording::Recorder;
+use crate::scenario::ScenarioText;
 
 /// The longest time between two checks for Ctrl-C. A tick ends before a check.
 const CHECK_EVERY: Duration = Duration::from_millis(10);
@@ -35,6 +37,10 @@ pub struct State {
     pub run: Run,
     pub ground: Option<Ground>,
     pub recorder: Option<Recorder>,
+    /// The setup with which the run began.
+    begun: Arc<Setup>,
+    /// The text of the scenario; `None` for a copy of a page's run, whose text may have been edited.
+    source: Option<Arc<ScenarioText>>,
     lines: VecDeque<LogLine>,
     /// The quantities that were read before, with the setup in which their names were resolved.
     probes: HashMap<String, QuantityProbe>,
@@ -45,7 +51,26 @@ impl State {
     pub fn new(run: Run, ground: Option<Ground>) -> Self {
         let probed = run.setup().clone();
         let (lines, probes) = (VecDeque::new(), HashMap::new());
-        State { run, ground, recorder: None, lines, probes, probed }
+        let (begun, source, recorder) = (probed.clone(), None, None);
+        State { run, ground, recorder, begun, source, lines, probes, probed }
+    }
+
+    /// Sets the text of the scenario.
+    pub fn of_scenario(self, source: Arc<ScenarioText>) -> Self {
+        State { source: Some(source), ..self }
+    }
+
+    /// Returns the text of the scenario.
+    pub fn source(&self) -> PyResult<&ScenarioText> {
+        self.source.as_deref().ok_or_else(|| {
+            Error::new_err("this run is a copy of a page's, which has the text of its scenario")
+        })
+    }
+
+    /// Returns the past of the run.
+    pub fn past(&self) -> PyResult<Past> {
+        self.check_replayable()?;
+        Ok(Past::of(&self.run, self.begun.clone()))
     }
 
     /// Replaces the run by another state of it. Log lines of ticks that have not come yet are
@@ -92,8 +117,8 @@ impl State {
         self.lines.drain(..).collect()
     }
 
-    /// Returns the current numbers of a quantity; NaN stands for a value that is not a number.
-    pub fn numbers(&mut self, py: Python<'_>, quantity: &str) -> PyResult<Vec<f64>> {
+    /// Returns a quantity whose names are resolved.
+    pub fn probe(&mut self, py: Python<'_>, quantity: &str) -> PyResult<&QuantityProbe> {
         if !Arc::ptr_eq(&self.probed, self.run.setup()) {
             self.probes.clear();
             self.probed = self.run.setup().clone();
@@ -108,6 +133,12 @@ impl State {
             let probe = probe.map_err(|error| of_scenario(py, &[error]))?;
             self.probes.insert(quantity.to_owned(), probe);
         }
+        Ok(&self.probes[quantity])
+    }
+
+    /// Returns the current numbers of a quantity; NaN stands for a value that is not a number.
+    pub fn numbers(&mut self, py: Python<'_>, quantity: &str) -> PyResult<Vec<f64>> {
+        self.probe(py, quantity)?;
         let numbers = self.run.numbers(&self.probes[quantity]);
         Ok(numbers.into_iter().map(|number| number.unwrap_or(f64::NAN)).collect())
     }
