@@ -14,6 +14,7 @@ mod guides;
 mod image_flights;
 mod kilobots;
 mod mutants;
+mod notebooks;
 mod properties;
 mod protocol;
 mod same;
@@ -104,6 +105,12 @@ const PARTS: &[Part] = &[
         items: || vec!["a million bytes".to_owned()],
         run: |_| noise(),
         made_of: ALL,
+    },
+    Part {
+        name: "notebooks",
+        items: notebooks::items,
+        run: notebooks::run,
+        made_of: notebooks::MADE_OF,
     },
     Part { name: "properties", items: properties::items, run: properties::run, made_of: ALL },
     Part {

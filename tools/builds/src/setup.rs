@@ -2,6 +2,7 @@
 //! rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
+use crate::python_module;
 use crate::shell::{Invocation, at_once, is_installed, root, target};
 use anyhow::{Context, Result, bail};
 use fs_err as fs;
@@ -73,6 +74,9 @@ const CFLIB_REQUIREMENTS: &str = "tests/hil/cflib/requirements.txt";
 
 /// The list of Python packages that build the Python module and test it.
 const MODULE_REQUIREMENTS: &str = "python/requirements.txt";
+
+/// The list of Python packages of the notebooks, and of a browser that opens one.
+const NOTEBOOK_REQUIREMENTS: &str = "tests/notebooks/requirements.txt";
 
 /// The list of Python packages for the checks of sources.
 const CHECK_REQUIREMENTS: &str = "xtask/requirements.txt";
@@ -158,8 +162,17 @@ pub fn cflib() -> Result<PathBuf> {
 
 /// Installs a Python in a folder of its own with the packages that build the Python module and test
 /// it. Returns the path of that Python.
-pub fn python_module() -> Result<PathBuf> {
+pub fn module_tests() -> Result<PathBuf> {
     python("python-module", MODULE_REQUIREMENTS, &["--require-hashes"])
+}
+
+/// Installs a Python in a folder of its own with the Python module, the packages of the notebooks and
+/// JupyterLab, and the browser that opens it. Returns the path of that Python.
+pub fn notebooks() -> Result<PathBuf> {
+    browser()?;
+    let python = python("notebooks", NOTEBOOK_REQUIREMENTS, &[])?;
+    python_module::install(&python, &["--release"])?;
+    Ok(python)
 }
 
 /// Installs the spelling checker. Returns its path.
