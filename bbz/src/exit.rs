@@ -1,7 +1,5 @@
 //! The exit status of this process.
 
-use std::process::ExitCode;
-
 use crate::interrupt;
 
 /// The exit status of a command.
@@ -16,10 +14,4 @@ pub enum ExitStatus {
     Defect = 101,
     /// Ctrl-C or SIGTERM, before all runs of a batch were finished.
     Interrupted = interrupt::KILLED as isize,
-}
-
-impl From<ExitStatus> for ExitCode {
-    fn from(ending: ExitStatus) -> ExitCode {
-        ExitCode::from(ending as u8)
-    }
 }

@@ -3,7 +3,6 @@
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use bittybuzz_robot_files::find;
 use bittybuzz_robot_spec::Robot;
@@ -11,9 +10,9 @@ use clap::Args;
 
 use crate::exit::ExitStatus;
 use crate::file_error::FileError;
+use crate::launch;
 use crate::output;
 use crate::problem::Problem;
-use crate::shell;
 use crate::whole_file;
 use crate::world;
 
@@ -80,7 +79,7 @@ pub fn execute(arguments: &NewArguments) -> Result<ExitStatus, Box<dyn Problem>>
         whole_file::write(&folder.join(file), text.as_bytes())?;
     }
     let scenario = folder.join(format!("{name}.toml")).display().to_string();
-    let next = line(&["sim", &scenario, "--view"]);
+    let next = launch::command(["sim", &scenario, "--view"]);
     output::write(&format!("made {}: try `{next}`\n", folder.display()))?;
     Ok(ExitStatus::Success)
 }
@@ -157,20 +156,16 @@ fn scenario_text(robot: &Robot, reference: &str, script: &str) -> String {
 fn readme(name: &str, robot: &str) -> String {
     let (script, scenario) = (format!("{name}.bzz"), format!("{name}.toml"));
     let lines = [
-        (line(&["check", &script, "--robot", robot]), "find mistakes"),
-        (line(&["sim", &scenario]), "run the scenario, which is also a test"),
-        (line(&["sim", &scenario, "--view"]), "watch it in a page, and change the script there"),
-        (line(&["robots", robot]), "the functions that a script can call"),
-        (line(&["guide"]), "language, functions and commands as one page"),
+        (launch::command(["check", &script, "--robot", robot]), "find mistakes"),
+        (launch::command(["sim", &scenario]), "run the scenario, which is also a test"),
+        (
+            launch::command(["sim", &scenario, "--view"]),
+            "watch it in a page, and change the script there",
+        ),
+        (launch::command(["robots", robot]), "the functions that a script can call"),
+        (launch::command(["guide"]), "language, functions and commands as one page"),
     ];
     let width = lines.iter().map(|(command, _)| command.len()).max().unwrap_or(0);
     let lines = lines.map(|(command, purpose)| format!("{command:width$}  # {purpose}\n"));
     format!("# {name}\n\n```sh\n{}```\n", lines.concat())
-}
-
-/// Returns a command line of `bbz` for a shell.
-fn line(arguments: &[&str]) -> String {
-    let mut command = Command::new("bbz");
-    command.args(arguments);
-    shell::line(&command)
 }

@@ -1,7 +1,6 @@
 //! Messages on standard error. All text passes the filter of [`crate::escape`].
 
 use std::backtrace::{Backtrace, BacktraceStatus};
-use std::env;
 use std::fmt;
 use std::io::Write;
 
@@ -14,8 +13,8 @@ use bittybuzz_live::Defect;
 use bittybuzz_toml_reader::Place;
 
 use crate::escape::{colored, escaped};
+use crate::launch;
 use crate::problem::{Problem, ProblemMessage};
-use crate::shell;
 
 /// The most errors, and the most warnings, of a script that are printed; `--json` has all.
 pub const MESSAGES_MAX: usize = 100;
@@ -78,7 +77,7 @@ pub fn problem(problem: &dyn Problem) {
 /// Prints a defect of this program that no boundary has caught, and its backtrace if the environment
 /// asks for one.
 pub fn defect(defect: &Defect) {
-    let advice = Defect::advice(&shell::words(env::args_os()));
+    let advice = Defect::advice(&launch::command_line());
     mistake(&defect.to_string(), None, Some(advice));
     let backtrace = Backtrace::capture();
     if backtrace.status() == BacktraceStatus::Captured {
@@ -146,9 +145,11 @@ fn write(text: &str) {
 
 #[cfg(test)]
 mod tests {
+    use std::env;
     use std::process::Command;
 
     use super::*;
+    use crate::launch::Launch;
 
     /// The environment variable of the process that has the defect.
     const CHILD: &str = "BBZ_TEST_OF_A_DEFECT";
@@ -157,6 +158,7 @@ mod tests {
     #[test]
     fn an_uncaught_defect_is_printed_with_its_command() {
         if env::var_os(CHILD).is_some() {
+            launch::begin(Launch::of_program()).unwrap();
             Defect::print_uncaught_by(defect);
             panic!("robot 7 is missing");
         }

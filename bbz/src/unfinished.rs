@@ -13,7 +13,7 @@ use annotate_snippets::{Group, Level};
 use bittybuzz_arena::output::recording::RecordingReader;
 use tempfile::{Builder, NamedTempFile};
 
-use crate::{report, shell};
+use crate::{launch, report};
 
 /// The middle of the name of a temporary file, between the name of its destination and random
 /// characters. No program but `bbz` gives such names, so files of others are never removed.
@@ -106,8 +106,7 @@ fn name_recording(path: &Path, file: &Path) {
         file.display(),
         path.display()
     );
-    let words = [OsStr::new("bbz"), OsStr::new("view"), file.as_os_str()];
-    let command = shell::words(words.into_iter());
+    let command = launch::command([OsStr::new("view"), file.as_os_str()]);
     let advice = format!("`{command}` shows it up to its end; delete it if you do not need it");
     report::print(Group::with_title(Level::NOTE.primary_title(title)));
     report::print(Group::with_title(Level::HELP.primary_title(advice)));

@@ -1,6 +1,5 @@
 //! `bbz view`: shows a recording in a page. `bbz sim --view` uses the same page.
 
-use std::env;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -13,11 +12,11 @@ use bittybuzz_toml_reader::file;
 use crate::exit::ExitStatus;
 use crate::file_error::FileError;
 use crate::interrupt::Interrupt;
+use crate::launch;
 use crate::output::{OutputError, ScriptOutput};
 use crate::problem::Problem;
 use crate::redirect::Redirect;
 use crate::report;
-use crate::shell;
 
 /// A reason why nothing can be shown in a page.
 #[derive(Debug, thiserror::Error)]
@@ -96,7 +95,7 @@ pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Box
 /// Returns the advice that a page shows about a defect.
 pub fn advice() -> String {
     // The command alone does not repeat the requests of the page.
-    format!("say what you did in the page; {}", Defect::advice(&shell::words(env::args_os())))
+    format!("say what you did in the page; {}", Defect::advice(&launch::command_line()))
 }
 
 /// Prints the defect that ended a session, if one did, and returns the exit status.

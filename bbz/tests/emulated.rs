@@ -35,7 +35,8 @@ done
 const MESSAGES: [(u16, &str, &str); 3] =
     [(1, "defmt_info", "bbz {=[u8]}"), (2, "defmt_warn", "low battery"), (3, "defmt_info", "boot")];
 
-fn folder(test: &str, script: &str) -> Folder {
+/// Returns a folder with a script, an image, and a fake emulator.
+pub fn folder(test: &str, script: &str) -> Folder {
     let folder = Folder::with(test, "s.bzz", script);
     folder.write("robot.elf", elf::with_messages("raw", &MESSAGES));
     folder.write("emulator", EMULATOR);

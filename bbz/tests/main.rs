@@ -19,6 +19,7 @@ mod grade;
 mod guide;
 mod import;
 mod interrupt;
+mod launch;
 mod new;
 mod object;
 mod own_robot;

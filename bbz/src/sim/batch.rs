@@ -1,11 +1,11 @@
 //! Simulates many runs: every combination of the values of `--set`, with every seed.
 
 use std::collections::BTreeMap;
+use std::ffi::{OsStr, OsString};
 use std::iter;
 use std::mem;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -23,10 +23,10 @@ use crate::escape::escaped;
 use crate::exit::ExitStatus;
 use crate::file_error::FileError;
 use crate::interrupt::{self, Interrupt};
+use crate::launch;
 use crate::output;
 use crate::problem::Problem;
 use crate::report;
-use crate::shell;
 use crate::whole_file;
 use crate::world;
 
@@ -384,24 +384,22 @@ fn print_failures(arguments: &SimArguments, runs: &[BatchRun], ends: &Ends) {
 
 /// Returns the command that simulates only this run.
 fn command(arguments: &SimArguments, run: &BatchRun) -> String {
-    let mut call = Command::new("bbz");
-    call.arg("sim").arg(&arguments.scenario);
+    let mut words = vec![OsString::from("sim"), arguments.scenario.clone().into()];
+    let mut add =
+        |option: &str, value: &OsStr| words.extend([OsString::from(option), value.to_owned()]);
     if let Some(robot) = &arguments.robot {
         let count = arguments.count.unwrap_or(world::COUNT);
-        call.args(["--robot", robot]).args(["--count", &count.to_string()]);
+        add("--robot", OsStr::new(robot));
+        add("--count", OsStr::new(&count.to_string()));
     }
     let settings = run.variant.settings.iter().filter(|setting| parts(setting).0 != SEED);
-    settings.for_each(|setting| {
-        call.arg("--set").arg(setting);
-    });
-    call.arg("--seed").arg(run.seed.to_string());
-    for folder in &arguments.include {
-        call.arg("-I").arg(folder);
-    }
+    settings.for_each(|setting| add("--set", OsStr::new(setting)));
+    add("--seed", OsStr::new(&run.seed.to_string()));
+    arguments.include.iter().for_each(|folder| add("-I", folder.as_os_str()));
     if let Some(program) = &arguments.emulator {
-        call.arg("--emulator").arg(program);
+        add("--emulator", program.as_os_str());
     }
-    shell::line(&call)
+    launch::command(words)
 }
 
 /// Prints the number of finished runs of an interrupted batch, and the way to resume it.
