@@ -2,8 +2,9 @@
 //! of the batch.
 #![cfg(unix)]
 
-use std::io::{BufRead, BufReader};
-use std::process::{Child, Command};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
@@ -169,6 +170,30 @@ fn a_batch_goes_on_only_as_what_it_was() {
         folder.write("runs.csv.parts/part-3", damaged);
         refused(&resume, &["line 2 of", "part-3` is damaged"]);
     }
+}
+
+/// The program is not what its runs depend on: a compiler, a profile or a system may have made another one
+/// of the same sources.
+#[test]
+fn a_batch_goes_on_with_another_program_of_the_same_sources() {
+    let folder = folder("batch_program");
+    let child = start(&folder, &ENDLESS, 20);
+    send("-TERM", &child);
+    assert_eq!(finish(child).status, Some(130));
+    let other = folder.path("other");
+    std::fs::copy(env!("CARGO_BIN_EXE_bbz"), &other).unwrap();
+    // Bytes after its end change nothing that a program does.
+    File::options().append(true).open(&other).unwrap().write_all(b"more").unwrap();
+    let mut command = Command::new(&other);
+    command.args(ENDLESS).arg("--resume").current_dir(folder.path("."));
+    let mut child = command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut printed = String::new();
+    while !printed.contains("20 of 40 runs were finished before") {
+        assert_ne!(stderr.read_line(&mut printed).unwrap(), 0, "only printed:\n{printed}");
+    }
+    send("-TERM", &child);
+    assert_eq!(finish(child).status, Some(130));
 }
 
 /// The scenario of a script is in no file, so the options that make it identify the batch.

@@ -14,13 +14,13 @@
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
-use std::env;
 use std::fs::{self, File, TryLockError};
 use std::hash::{DefaultHasher, Hasher};
 use std::io::{self, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use bittybuzz_sources::SOURCES;
 use serde_json::{Value, json};
 
 use crate::file_error::FileError;
@@ -299,8 +299,6 @@ pub fn key(arguments: &SimArguments, opened: &[&Opened]) -> Result<Value, FileEr
         let number = number.map_err(|error| FileError::reading(path, error))?;
         Ok::<_, FileError>(format!("{number:016x}"))
     };
-    let program =
-        env::current_exe().map_err(|error| FileError::reading(Path::new("bbz"), error))?;
     let mut files = BTreeMap::new();
     let mut emulators = BTreeMap::new();
     for variant in opened {
@@ -316,7 +314,7 @@ pub fn key(arguments: &SimArguments, opened: &[&Opened]) -> Result<Value, FileEr
         }
     }
     Ok(json!({
-        "bbz": format!("{} {}", env!("CARGO_PKG_VERSION"), of_file(&program)?),
+        "bbz": format!("{} {SOURCES}", env!("CARGO_PKG_VERSION")),
         "runs": arguments.runs.unwrap_or(1),
         "seed": arguments.seed,
         "set": arguments.set,
@@ -328,8 +326,8 @@ pub fn key(arguments: &SimArguments, opened: &[&Opened]) -> Result<Value, FileEr
     }))
 }
 
-/// Returns a hash of the content. It may change with the next release of the standard library; the
-/// key rules that out, because it contains the hash of this program.
+/// Returns a hash of the content. Another release of the standard library may have another one: then
+/// programs of the same sources refuse each other's runs.
 fn fingerprint(mut content: File) -> io::Result<u64> {
     let mut hasher = DefaultHasher::new();
     let mut buffer = vec![0; 1 << 16];
@@ -344,7 +342,7 @@ fn fingerprint(mut content: File) -> io::Result<u64> {
 /// Returns the names of changed options and files, for people.
 fn differences(old: &Value, new: &Value) -> Vec<String> {
     let options = ["runs", "seed", "set", "robot", "count"].map(|key| (key, format!("--{key}")));
-    let others = [("bbz", "bbz itself".to_owned()), ("emulators", "the emulator".to_owned())];
+    let others = [("bbz", "the sources of bbz".to_owned()), ("emulators", "the emulator".to_owned())];
     let mut changed_names: Vec<String> = others
         .into_iter()
         .chain(options)
