@@ -11,8 +11,8 @@
 //! * [`Launch`] alone describes the running process, so that the tool works in any process.
 //!
 //! # Features
-//! * `view` (default): `bbz view` and `bbz sim --view`, with the page and its server. It adds
-//!   VIEW_COST to the program.
+//! * `view` (default): `bbz view` and `bbz sim --view`. It adds 1 MB of the page's files to the
+//!   program, and an HTTP server.
 //!
 //! # What it will not do
 //! * It has no robots built in: it reads them from the files of `robots/`.

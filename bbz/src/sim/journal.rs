@@ -342,7 +342,8 @@ fn fingerprint(mut content: File) -> io::Result<u64> {
 /// Returns the names of changed options and files, for people.
 fn differences(old: &Value, new: &Value) -> Vec<String> {
     let options = ["runs", "seed", "set", "robot", "count"].map(|key| (key, format!("--{key}")));
-    let others = [("bbz", "the sources of bbz".to_owned()), ("emulators", "the emulator".to_owned())];
+    let others =
+        [("bbz", "the sources of bbz".to_owned()), ("emulators", "the emulator".to_owned())];
     let mut changed_names: Vec<String> = others
         .into_iter()
         .chain(options)
