@@ -63,6 +63,9 @@ enum Task {
     Package {
         /// Only this part
         part: Option<package::ReleasePart>,
+        /// Tools for this kind of computers instead of this computer
+        #[arg(long, requires = "part", value_parser = PossibleValuesParser::new(package::targets()))]
+        target: Option<String>,
     },
     /// Check that the working copy can be released, and tag its version
     Release {
@@ -97,7 +100,7 @@ fn main() -> ExitCode {
         Task::Sizes(arguments) => ("sizes", sizes::run(&arguments)),
         Task::Site => ("site", site::run()),
         Task::Book => ("book", book::run()),
-        Task::Package { part } => ("package", package::run(part)),
+        Task::Package { part, target } => ("package", package::run(part, target.as_deref())),
         Task::Release { notes } => ("release", release::run(notes)),
         Task::Vendor => ("vendor", vendor::run()),
         Task::Bench(arguments) => ("bench", bench::run(&arguments)),
@@ -142,6 +145,7 @@ mod tests {
             "book",
             "package",
             "package tools",
+            "package tools --target x86_64-pc-windows-gnu",
             "release --notes",
             "vendor",
             "bench --json avr",
@@ -175,6 +179,8 @@ mod tests {
             "build crazyflie --id 7",
             "build crazyflie --bin --id 65536",
             "build crazyflie --output a.bin",
+            "package tools --target x86_64-pc-windows-msvc",
+            "package --target x86_64-pc-windows-gnu",
             "sizes --jason",
             "sizes --json --update",
             "bench arm",

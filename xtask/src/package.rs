@@ -1,27 +1,21 @@
-//! Packs the archives of a release: the tools for this computer, the robots' firmware, and the
-//! site.
+//! Packs the archives of a release: the tools for this computer or for others, the robots' firmware,
+//! and the site.
 
 use crate::{book, site};
 use anyhow::{Context, Result, bail};
 use bittybuzz_builds::board::BOARDS;
 use bittybuzz_builds::copy::files;
+use bittybuzz_builds::programs::{self, PLATFORMS, Platform};
 use bittybuzz_builds::setup;
 use bittybuzz_builds::shell::{Invocation, root, target};
 use clap::ValueEnum;
 use fs_err as fs;
 use sha2::{Digest, Sha256};
-use std::env::consts::EXE_SUFFIX;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// The folder of the archives in cargo's target folder.
 const PACKAGES: &str = "package";
-
-/// The cargo profile of the packed programs, without debug information.
-const PROFILE: &str = "dist";
-
-/// Packages of programs for the host, which link no external libraries.
-const PROGRAMS: [&str; 2] = ["bbz", "bittybuzz-emulate-m0"];
 
 /// The folder of scripts and scenarios that the archive of the tools contains.
 const EXAMPLES: &str = "examples/";
@@ -46,7 +40,7 @@ const TEXTS: [&str; 10] = [
 /// A part of a release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum ReleasePart {
-    /// `bbz` and the emulator of Zooids for this computer, examples, manual pages and completions
+    /// `bbz` and the emulator of Zooids, examples, manual pages and completions
     Tools,
     /// The images of all robots, with the scripts of their own folders
     Firmware,
@@ -54,10 +48,20 @@ pub enum ReleasePart {
     Site,
 }
 
-/// Packs one part, or all of them, and prints the archives with their checksums.
-pub fn run(part: Option<ReleasePart>) -> Result<()> {
+/// Returns the targets for which this computer packs tools.
+pub fn targets() -> [&'static str; PLATFORMS.len()] {
+    PLATFORMS.map(|platform| platform.target)
+}
+
+/// Packs one part, or all of them, and prints the archives with their checksums. The tools are for
+/// this computer, or for the target.
+pub fn run(part: Option<ReleasePart>, target: Option<&str>) -> Result<()> {
+    if target.is_some() && part != Some(ReleasePart::Tools) {
+        bail!("`--target` is for `cargo xtask package tools`: the other parts have no target");
+    }
+    let platform = target.and_then(Platform::find);
     for part in part.as_ref().map_or(ReleasePart::value_variants(), std::slice::from_ref) {
-        let archive = pack(*part)?;
+        let archive = pack(*part, platform)?;
         println!("{}\n{}", archive.display(), checksum(&archive)?);
     }
     Ok(())
@@ -68,9 +72,11 @@ pub const fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
 }
 
-fn pack(part: ReleasePart) -> Result<PathBuf> {
+fn pack(part: ReleasePart, platform: Option<&'static Platform>) -> Result<PathBuf> {
     let kind = match part {
-        ReleasePart::Tools => host()?,
+        ReleasePart::Tools => {
+            platform.map_or_else(host, |platform| Ok(platform.target.to_owned()))?
+        }
         ReleasePart::Firmware => "firmware".to_owned(),
         ReleasePart::Site => "site".to_owned(),
     };
@@ -82,7 +88,7 @@ fn pack(part: ReleasePart) -> Result<PathBuf> {
     }
     fs::create_dir_all(&folder)?;
     match part {
-        ReleasePart::Tools => tools(&folder)?,
+        ReleasePart::Tools => tools(&folder, platform)?,
         ReleasePart::Firmware => firmware(&folder)?,
         ReleasePart::Site => {
             let site = site::build()?;
@@ -106,19 +112,17 @@ fn host() -> Result<String> {
     Ok(String::from_utf8(output.stdout)?.trim().to_owned())
 }
 
-fn tools(folder: &Path) -> Result<()> {
-    let packages = PROGRAMS.map(|package| ["--package", package]).concat();
-    Invocation::cargo(&[&["build", "--profile", PROFILE], &packages[..]].concat()).run()?;
-    for package in PROGRAMS {
-        let program = package.trim_start_matches("bittybuzz-").replace("emulate", "bbz-emulate");
-        let program = program + EXE_SUFFIX;
-        fs::copy(target()?.join(PROFILE).join(&program), folder.join(&program))?;
+fn tools(folder: &Path, platform: Option<&'static Platform>) -> Result<()> {
+    let built = platform.map_or_else(programs::build_native, Platform::build)?;
+    for program in &built {
+        fs::copy(program, folder.join(program.file_name().context("a program without a name")?))?;
     }
     copy_files(folder, |file| is_text(file) || file.starts_with(EXAMPLES))?;
     let [man, completions] = ["man", "completions"].map(|name| folder.join(name));
     fs::create_dir_all(&man)?;
     fs::create_dir_all(&completions)?;
-    let bbz = folder.join(format!("bbz{EXE_SUFFIX}"));
+    // This computer may not run the packed program; its own one writes the same texts.
+    let bbz = programs::build_native_bbz()?;
     Invocation::named("bbz", &bbz, &["manual", &man.display().to_string()]).run()?;
     for shell in ["bash", "fish", "powershell", "zsh"] {
         let output = Invocation::named("bbz", &bbz, &["completions", shell]).output(0)?;
@@ -183,6 +187,15 @@ fn checksum(file: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_tools_have_a_target() {
+        for part in [None, Some(ReleasePart::Firmware), Some(ReleasePart::Site)] {
+            let error = run(part, Some("x86_64-pc-windows-gnu")).unwrap_err().to_string();
+            assert!(error.starts_with("`--target` is for `cargo xtask package tools`"), "{error}");
+        }
+        assert!(targets().into_iter().all(|target| Platform::find(target).is_some()));
+    }
 
     #[test]
     fn archives_contain_each_file_to_which_the_readme_leads() {

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
+use bittybuzz_builds::programs::PLATFORMS;
 use serde_json::Value;
 
 /// The actions of jobs that may write. They run no code of this repository.
@@ -150,6 +151,33 @@ fn a_release_waits_for_ci_of_its_commit() {
             "{name}: {before:?}"
         );
     }
+}
+
+/// Returns the values of a key in the matrix of a job, which are a list or in `include`.
+fn matrix<'a>(job: &'a Value, key: &str) -> BTreeSet<&'a str> {
+    let matrix = &job["strategy"]["matrix"];
+    let listed = matrix[key].as_array().into_iter().flatten();
+    let included = matrix["include"].as_array().into_iter().flatten().map(|entry| &entry[key]);
+    listed.chain(included).filter_map(Value::as_str).collect()
+}
+
+/// Programs that this project builds on one system for others have started on their own system, and the
+/// tutorial works on systems that CI does not have.
+#[test]
+fn a_release_waits_until_its_archives_have_started() {
+    let workflows = workflows();
+    let release = &workflows["release.yml"];
+    let jobs = &release["jobs"];
+    let before = waits_for(release, &jobs["publish"]);
+    let needed = ["tools", "tools-of-macos", "start", "tutorial"];
+    assert!(needed.into_iter().all(|name| before.contains(name)), "{before:?}");
+    let packed: BTreeSet<&str> = PLATFORMS.iter().map(|platform| platform.target).collect();
+    assert_eq!(matrix(&jobs["tools"], "target"), packed);
+    let others = BTreeSet::from(["aarch64-apple-darwin"]);
+    assert_eq!(matrix(&jobs["start"], "target"), &packed | &others);
+    let systems = matrix(&jobs["tutorial"], "os");
+    let has = |name: &str| systems.iter().any(|system| system.starts_with(name));
+    assert!(has("macos") && has("windows"), "{systems:?}");
 }
 
 /// The archives that are published are those whose origin is attested: one job does both.

@@ -5,6 +5,7 @@ mod bad_inputs;
 mod convergence;
 mod corpus;
 mod day;
+mod elsewhere;
 mod evidence;
 mod examples;
 mod executions;
@@ -72,6 +73,12 @@ enum Verdict {
 
 const PARTS: &[Part] = &[
     Part {
+        name: "arm64",
+        items: elsewhere::arm_items,
+        run: elsewhere::run_arm,
+        made_of: elsewhere::MADE_OF,
+    },
+    Part {
         name: "bad_inputs",
         items: bad_inputs::items,
         run: bad_inputs::run,
@@ -128,6 +135,12 @@ const PARTS: &[Part] = &[
         items: || vec!["every allocation".to_owned()],
         run: |_| torture(),
         made_of: ALL,
+    },
+    Part {
+        name: "windows",
+        items: elsewhere::windows_items,
+        run: elsewhere::run_windows,
+        made_of: elsewhere::MADE_OF,
     },
     Part { name: "zooids", items: zooids::items, run: zooids::run, made_of: ALL },
 ];

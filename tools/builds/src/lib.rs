@@ -9,6 +9,7 @@ pub mod copy;
 pub mod elf;
 pub mod on_chip;
 pub mod probe;
+pub mod programs;
 pub mod python_module;
 pub mod raw_binary;
 pub mod release_zip;

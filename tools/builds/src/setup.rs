@@ -16,8 +16,8 @@ enum Sign {
     Program(&'static str),
     /// libclang in a place where the crate `bindgen` searches for it.
     Libclang,
-    /// The C library of the AVR in the place where its linker searches for it.
-    AvrLibc,
+    /// A file at a place where other programs search for it.
+    File(&'static str),
     /// A header of a library in Debian's folder for headers.
     Header(&'static str),
     /// A Python module.
@@ -39,7 +39,7 @@ const PACKAGES: &[(Sign, &str)] = &[
     (Sign::Program("qemu-system-avr"), "qemu-system-misc"),
     // For the AVR's linker, C library and emulator.
     (Sign::Program("avr-gcc"), "gcc-avr"),
-    (Sign::AvrLibc, "avr-libc"),
+    (Sign::File("/usr/lib/avr/lib/libc.a"), "avr-libc"),
     (Sign::Program("simavr"), "simavr"),
     (Sign::Header("simavr/sim_avr.h"), "libsimavr-dev"),
     // For writing programs to AVRs.
@@ -65,6 +65,24 @@ const BROWSER_PACKAGES: &[(Sign, &str)] = &[
 /// Debian packages for a Python with packages of its own.
 const PYTHON_PACKAGES: &[(Sign, &str)] =
     &[(Sign::Program("python3"), "python3"), (Sign::Module("ensurepip"), "python3-venv")];
+
+/// Debian packages for linking programs for Windows.
+const MINGW_PACKAGES: &[(Sign, &str)] =
+    &[(Sign::Program("x86_64-w64-mingw32-gcc"), "gcc-mingw-w64-x86-64-win32")];
+
+/// Debian packages for running programs for Windows.
+const WINE_PACKAGES: &[(Sign, &str)] =
+    &[(Sign::Program("wine"), "wine"), (Sign::File("/usr/lib/wine/wine64"), "wine64")];
+
+/// Debian packages for running programs for 64-bit ARM, and the libraries that these load.
+const ARM_PACKAGES: &[(Sign, &str)] = &[
+    (Sign::Program("qemu-aarch64"), "qemu-user"),
+    (Sign::File("/usr/aarch64-linux-gnu/lib/libc.so.6"), "libc6-arm64-cross"),
+    (Sign::File("/usr/aarch64-linux-gnu/lib/libgcc_s.so.1"), "libgcc-s1-arm64-cross"),
+];
+
+/// The list of Python packages that link programs for older systems.
+const ZIG_REQUIREMENTS: &str = "tools/builds/requirements.txt";
 
 /// The list of Python packages for tests of web pages.
 const BROWSER_REQUIREMENTS: &str = "tests/page/requirements.txt";
@@ -154,6 +172,32 @@ pub fn browser() -> Result<PathBuf> {
     python("page-tests", BROWSER_REQUIREMENTS, &[])
 }
 
+/// Installs the standard library for a target of the compiler.
+pub fn rust_target(target: &str) -> Result<()> {
+    Invocation::new("rustup", &["target", "add", target]).run()
+}
+
+/// Installs the linker of programs for Windows.
+pub fn mingw() -> Result<()> {
+    install(&missing(MINGW_PACKAGES, is_there))
+}
+
+/// Installs the programs that run programs for Windows.
+pub fn wine() -> Result<()> {
+    install(&missing(WINE_PACKAGES, is_there))
+}
+
+/// Installs the program that runs programs for Linux on 64-bit ARM.
+pub fn qemu_user() -> Result<()> {
+    install(&missing(ARM_PACKAGES, is_there))
+}
+
+/// Installs cargo-zigbuild, with zig, next to a Python in a folder of its own. Returns its path.
+pub fn zigbuild() -> Result<PathBuf> {
+    let python = python("zigbuild", ZIG_REQUIREMENTS, &[])?;
+    Ok(python.with_file_name("cargo-zigbuild"))
+}
+
 /// Installs a Python in a folder of its own with cflib, Bitcraze's library for ground stations. Returns the path of that Python.
 pub fn cflib() -> Result<PathBuf> {
     // scipy, which the tests do not use, is larger than all others together.
@@ -200,7 +244,7 @@ fn is_there(sign: Sign) -> bool {
     match sign {
         Sign::Program(program) => is_installed(program),
         Sign::Libclang => has_libclang(),
-        Sign::AvrLibc => Path::new("/usr/lib/avr/lib/libc.a").is_file(),
+        Sign::File(path) => Path::new(path).is_file(),
         Sign::Header(header) => Path::new("/usr/include").join(header).is_file(),
         Sign::Module(module) => {
             let import = format!("import {module}");
