@@ -81,7 +81,7 @@ impl Tree {
         let package = find(name, locked)?;
         for dependency in &package.dependencies {
             let own = dependency.split(' ').next().unwrap_or(dependency);
-            // The lock file also names what tests need.
+            // The lock file also names packages of tests.
             if !names.contains(own) || OTHERS.contains(&own) {
                 continue;
             }
@@ -361,7 +361,7 @@ mod tests {
         ] {
             assert_eq!(hash(&[change]).unwrap(), same, "{change:?}");
         }
-        // The version of a program for tests, of the command line, and of a package of nobody.
+        // The versions of packages for tests, for the command line, and without a user.
         for (old, new) in [("p1", "p2"), ("c1", "c2"), ("m0", "m9")] {
             assert_eq!(hash_with("Cargo.lock", old, new), same, "{old}");
         }

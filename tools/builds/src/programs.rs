@@ -74,7 +74,7 @@ impl Platform {
         PLATFORMS.into_iter().find(|platform| platform.target == target)
     }
 
-    /// Builds the programs, installs what the build needs before, and returns their paths.
+    /// Installs the linker, builds the programs, and returns their paths.
     pub fn build(&'static self) -> Result<Vec<PathBuf>> {
         build(&PACKAGES, Some(self))
     }
