@@ -22,6 +22,9 @@ const PACKAGES: [&str; 2] = ["bbz", "bittybuzz-emulate-m0"];
 /// The version of glibc that programs for Linux need: that of manylinux2014, of 2012.
 const GLIBC: (u32, u32) = (2, 17);
 
+/// Wine for 64-bit programs. The script `wine` prints that Wine for 32 bits is not installed.
+pub const WINE: &str = "/usr/lib/wine/wine64";
+
 /// A kind of computers for which this computer builds programs.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Platform {
@@ -48,12 +51,8 @@ pub const LINUX_ARM: Platform = Platform {
 };
 
 /// Windows on x86-64.
-pub const WINDOWS: Platform = Platform {
-    target: "x86_64-pc-windows-gnu",
-    suffix: ".exe",
-    has_glibc: false,
-    runner: &["wine"],
-};
+pub const WINDOWS: Platform =
+    Platform { target: "x86_64-pc-windows-gnu", suffix: ".exe", has_glibc: false, runner: &[WINE] };
 
 /// All platforms.
 pub const PLATFORMS: [&Platform; 3] = [&LINUX, &LINUX_ARM, &WINDOWS];
@@ -181,7 +180,7 @@ mod tests {
     fn platforms_have_names_and_runners() {
         assert_eq!(Platform::find("x86_64-pc-windows-gnu"), Some(&WINDOWS));
         assert_eq!(Platform::find("x86_64-apple-darwin"), None);
-        assert_eq!(WINDOWS.command(Path::new("bbz.exe")), ["wine", "bbz.exe"]);
+        assert_eq!(WINDOWS.command(Path::new("bbz.exe")), [WINE, "bbz.exe"]);
         assert_eq!(LINUX.command(Path::new("/a/bbz")), ["/a/bbz"]);
     }
 

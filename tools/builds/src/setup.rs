@@ -2,6 +2,7 @@
 //! rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
+use crate::programs::WINE;
 use crate::python_module;
 use crate::shell::{Invocation, at_once, is_installed, root, target};
 use anyhow::{Context, Result, bail};
@@ -71,8 +72,7 @@ const MINGW_PACKAGES: &[(Sign, &str)] =
     &[(Sign::Program("x86_64-w64-mingw32-gcc"), "gcc-mingw-w64-x86-64-win32")];
 
 /// Debian packages for running programs for Windows.
-const WINE_PACKAGES: &[(Sign, &str)] =
-    &[(Sign::Program("wine"), "wine"), (Sign::File("/usr/lib/wine/wine64"), "wine64")];
+const WINE_PACKAGES: &[(Sign, &str)] = &[(Sign::File(WINE), "wine64")];
 
 /// Debian packages for running programs for 64-bit ARM, and the libraries that these load.
 const ARM_PACKAGES: &[(Sign, &str)] = &[
