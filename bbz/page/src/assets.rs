@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 52] = [
+const ASSETS: [Asset; 55] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("about.js", SCRIPT),
@@ -42,6 +42,7 @@ const ASSETS: [Asset; 52] = [
     asset!("curves.js", SCRIPT),
     asset!("display.js", SCRIPT),
     asset!("drawing.js", SCRIPT),
+    asset!("editor-state.js", SCRIPT),
     asset!("editor.js", SCRIPT),
     asset!("element.js", SCRIPT),
     asset!("fault.js", SCRIPT),
@@ -55,6 +56,7 @@ const ASSETS: [Asset; 52] = [
     asset!("main.js", SCRIPT),
     asset!("marks.js", SCRIPT),
     asset!("memory.js", SCRIPT),
+    asset!("messages.js", SCRIPT),
     asset!("notice.js", SCRIPT),
     asset!("obstacles.js", SCRIPT),
     asset!("paint.js", SCRIPT),
@@ -77,6 +79,7 @@ const ASSETS: [Asset; 52] = [
     asset!("timeline.js", SCRIPT),
     asset!("trails.js", SCRIPT),
     asset!("trials.js", SCRIPT),
+    asset!("unsaved-texts.js", SCRIPT),
     asset!("vendor.js", SCRIPT),
     asset!("view.js", SCRIPT),
 ];

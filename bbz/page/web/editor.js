@@ -1,54 +1,21 @@
 // The editor of the scenario's scripts.
 
-import { buzz, completing } from "./buzz.js";
-import { element, inside, option, part, printable, save, write } from "./element.js";
+import { stateOf } from "./editor-state.js";
+import { element, inside, option, part, save, write } from "./element.js";
 import { faultParts, markOf } from "./fault.js";
 import { Marks } from "./marks.js";
-import { statementMarks } from "./statement.js";
 import { texts } from "./texts.js";
-import {
-    autocompletion, bracketMatching, closeBrackets, closeBracketsKeymap, completionKeymap, defaultKeymap, drawSelection, EditorState,
-    EditorView, foldGutter, foldKeymap, highlightActiveLine, highlightSelectionMatches, highlightSpecialChars, HighlightStyle, history,
-    historyKeymap, indentOnInput, indentUnit, keymap, lineNumbers, lintGutter, lintKeymap, searchKeymap, setDiagnostics, syntaxHighlighting, tags,
-} from "./vendor.js";
-
+import { Unsaved } from "./unsaved-texts.js";
+import { EditorView } from "./vendor.js";
 // Milliseconds from the last key until the compiler checks the text.
 const PAUSE = 150;
 
-// Milliseconds from a change until the session has the text, so that a crash loses little.
-const KEEP = 500;
-
-const colors = HighlightStyle.define([
-    { tag: tags.keyword, color: "var(--accent)", fontWeight: "600" }, { tag: tags.comment, color: "var(--soft)", fontStyle: "italic" },
-    { tag: tags.string, color: "var(--held)" }, { tag: [tags.number, tags.atom], color: "var(--number)" },
-    { tag: tags.function(tags.variableName), color: "var(--accent)" },
-]);
-
-const theme = EditorView.theme({
-    "&": { height: "100%", fontSize: ".85rem", backgroundColor: "var(--panel)", color: "var(--text)" },
-    ".cm-scroller": { fontFamily: "ui-monospace, \"Cascadia Mono\", \"DejaVu Sans Mono\", monospace", lineHeight: "1.5" },
-    ".cm-content": { caretColor: "var(--text)" },
-    "&.cm-focused": { outline: "3px solid var(--mark)", outlineOffset: "-3px" },
-    ".cm-cursor": { borderLeftColor: "var(--text)" },
-    ".cm-gutters": { backgroundColor: "var(--panel)", color: "var(--soft)", borderRight: "1px solid var(--line)" },
-    ".cm-activeLine, .cm-activeLineGutter": { backgroundColor: "var(--hover)" },
-    "&.cm-focused > .cm-scroller > .cm-selectionLayer .cm-selectionBackground, .cm-selectionBackground": { backgroundColor: "var(--chosen)" },
-    "&.cm-focused .cm-matchingBracket": { backgroundColor: "var(--chosen)" },
-    ".cm-tooltip, .cm-panels": { backgroundColor: "var(--panel)", color: "var(--text)", border: "1px solid var(--line)" },
-    ".cm-tooltip-autocomplete > ul > li[aria-selected]": { backgroundColor: "var(--accent)", color: "var(--panel)" },
-    ".cm-completionInfo": { maxWidth: "22rem" },
-    ".cm-breakpoints": { width: ".9rem" }, ".cm-breakpoints, .cm-breakpoints + .cm-lineNumbers": { cursor: "pointer" },
-    ".cm-breakpoint": { width: ".65rem", height: ".65rem", margin: ".3rem auto 0", border: "1px solid var(--faulted)", borderRadius: "50%", backgroundColor: "var(--faulted)" },
-    ".cm-statement": { backgroundColor: "var(--chosen)", boxShadow: "inset 3px 0 var(--mark)" },
-    ".cm-values": { marginLeft: "1.5rem", padding: "0 .35rem", borderRadius: ".2rem", backgroundColor: "var(--panel)", color: "var(--mark-text)" },
-    ".cm-button, .cm-textfield": { backgroundImage: "none", backgroundColor: "var(--panel)", color: "var(--text)", borderColor: "var(--line)" },
-});
-
 /**
  * @import {
- *   ChangedEvent, CompilerMessage, DiagnosticsEvent, ExplanationEvent, FaultEvent, FaultPlace, RanEvent, ScriptEvent, SuggestedEdit, UnsavedText, Word,
- *   WrittenEvent,
+ *   ChangedEvent, FaultEvent, FaultPlace, RanEvent, ScriptEvent, Word, WrittenEvent,
  * } from "./events"
+ * @import { TextActs } from "./editor-state.js"
+ * @import { EditorState } from "./vendor.js"
  * @import { Ask, Texts, World } from "./page"
  */
 
@@ -88,13 +55,6 @@ export class Editor {
         /** @type {string[]} */
         this.writable = [];
         this.writes = false;
-        // Texts that were typed earlier, and the one of them that is to be shown.
-        /** @type {UnsavedText[]} */
-        this.unsaved = [];
-        /** @type {UnsavedText | null} */
-        this.restored = null;
-        /** @type {number | undefined} */
-        this.keepTimer = undefined;
         /** @type {Texts} */
         this.offered = {};
         this.timer = 0;
@@ -110,6 +70,12 @@ export class Editor {
         const root = part("text").attachShadow({ mode: "open" });
         this.view = new EditorView({ root, parent: root });
         this.marks = new Marks(this, number);
+        this.unsaved = new Unsaved(this);
+        /** @type {TextActs} */
+        this.acts = {
+            run: () => this.run(), load: () => this.load(), write: () => this.write(), typed: () => this.typed(), toggleMark: () => this.marks.toggle(),
+            moveMarks: () => this.marks.send(), words: () => this.shown?.words ?? [],
+        };
         // The text that is being loaded.
         this.loading = "";
         part("script-name").addEventListener("change", () => this.open(part("script-name").value));
@@ -118,9 +84,8 @@ export class Editor {
         part("write").addEventListener("click", () => this.write());
         inside(part("explanation"), "form").addEventListener("submit", () => this.view.focus());
         addEventListener("beforeunload", (event) => {
-            this.keep();
-            if ([...this.scripts.values()].some((script) => unsavedIn(script) !== null)) {
-                this.keepUnsaved();
+            if (this.unsaved.isAny()) {
+                this.unsaved.keep();
                 event.preventDefault();
             }
         });
@@ -151,13 +116,7 @@ export class Editor {
             this.ask({ script: { name } });
         }
         this.marks.begin(this.begun);
-        this.unsaved = scripts?.unsaved ?? [];
-        this.showUnsaved();
-        for (const script of this.scripts.values()) {
-            script.unsaved = null;
-        }
-        this.keepUnsaved();
-        return this.unsaved.length > 0;
+        return this.unsaved.begin(scripts?.unsaved ?? []);
     }
 
     /** @param {string} name */
@@ -172,66 +131,6 @@ export class Editor {
         if (this.shown) {
             this.shown.state = this.view.state;
         }
-    }
-
-    // Asks the session to keep the texts of this world that are in no file.
-    keepUnsaved() {
-        clearTimeout(this.keepTimer);
-        this.keepTimer = undefined;
-        this.keep();
-        for (const script of this.scripts.values()) {
-            const unsaved = unsavedIn(script);
-            if (script.world === this.world && unsaved !== script.unsaved) {
-                script.unsaved = unsaved;
-                this.ask({ unsaved: { name: script.name, text: unsaved, over: script.sha256 } });
-            }
-        }
-    }
-
-    showUnsaved() {
-        // The session may offer what this page has: it knows no difference between this one and another one.
-        this.unsaved = this.unsaved.filter(({ file, text }) => this.scripts.get(file)?.state.doc.toString() !== text);
-        const lines = this.unsaved.map((one) => element("li", {},
-            element("span", {}, texts.unsaved(one.name, new Date(1000 * one.seconds)), ...(one.changed ? [element("b", {}, ` ${texts.unsavedOfOther}`)] : [])),
-            element("button", { type: "button", title: texts.restoreTextHelp, onclick: () => this.restore(one) }, texts.restoreText),
-            element("button", { type: "button", title: texts.discardHelp, onclick: () => this.discard(one) }, texts.discard)));
-        part("unsaved").replaceChildren(...lines);
-        part("unsaved").hidden = lines.length === 0;
-        write(part("tab-script"), lines.length === 0 ? texts.tabScript : texts.unsavedMark);
-    }
-
-    /** @param {UnsavedText} one */
-    restore(one) {
-        this.restored = one;
-        if (this.shown?.name === one.name) {
-            this.takeRestored();
-        } else {
-            part("script-name").value = one.name;
-            this.open(one.name);
-        }
-    }
-
-    takeRestored() {
-        const one = this.restored;
-        if (one && this.shown?.name === one.name) {
-            this.restored = null;
-            this.replace(one.text);
-            // The session forgets it when this page has it.
-            this.forget(one);
-            this.keepUnsaved();
-        }
-    }
-
-    /** @param {UnsavedText} one */
-    discard(one) {
-        this.ask({ discard: { id: one.id } });
-        this.forget(one);
-    }
-
-    /** @param {UnsavedText} one */
-    forget(one) {
-        this.unsaved = this.unsaved.filter((other) => other !== one);
-        this.showUnsaved();
     }
 
     // Shows another text. `undo` brings the one before back: an event of this name does not join what was typed just before.
@@ -260,7 +159,7 @@ export class Editor {
 
     /** @param {ScriptEvent} event */
     show({ name, file, text, saved, sha256, words }) {
-        const state = () => this.state(text, name === this.scenario);
+        const state = () => stateOf(text, name === this.scenario, this.acts);
         const known = this.scripts.get(file)
             ?? { name, file, world: this.world, opened: text, kept: saved, sha256, sent: new Set(), unsaved: null, words, state: state() };
         if (part("script-name").value !== name) {
@@ -294,9 +193,9 @@ export class Editor {
         part("load-options").hidden = isScenario;
         this.showWrite(name);
         this.take();
-        this.takeRestored();
-        this.keepUnsaved();
-        this.showUnsaved();
+        this.unsaved.takeRestored();
+        this.unsaved.keep();
+        this.unsaved.show();
         this.check();
         this.onText();
         this.goToMark();
@@ -373,44 +272,6 @@ export class Editor {
         }
     }
 
-    /**
-     * @param {string} doc
-     * @param {boolean} isScenario
-     */
-    state(doc, isScenario) {
-        const run = () => {
-            this.run();
-            return true;
-        };
-        const load = () => {
-            this.load();
-            return true;
-        };
-        const write = () => {
-            this.write();
-            return true;
-        };
-        return EditorState.create({
-            doc,
-            extensions: [
-                isScenario ? lineNumbers() : statementMarks(() => this.marks.send()), foldGutter(), history(), drawSelection(), indentOnInput(), bracketMatching(), closeBrackets(), highlightActiveLine(),
-                // Controls that turn the direction of text could show another script than the one that runs.
-                highlightSpecialChars({ addSpecialChars: /[\u202a-\u202e\u2066-\u2069]/g }),
-                highlightSelectionMatches(), lintGutter(), theme, syntaxHighlighting(colors), indentUnit.of("    "),
-                // A scenario has no names, but the extension: it looks for its state some time after a key, when another text may be shown.
-                ...(isScenario ? [] : [buzz, keymap.of([{ key: "F9", run: () => this.marks.toggle() }])]), autocompletion({ override: isScenario ? [] : [completing(() => this.shown?.words ?? [])] }),
-                keymap.of([
-                    { key: "Mod-Enter", run, shift: load }, { key: "Mod-s", run: write }, ...closeBracketsKeymap, ...defaultKeymap, ...searchKeymap,
-                    ...historyKeymap, ...foldKeymap,
-                    ...completionKeymap, ...lintKeymap,
-                ]),
-                // axe-core does not know that an element in which one writes has the focus.
-                EditorView.contentAttributes.of({ "aria-label": texts.scriptText, tabindex: "0" }),
-                EditorView.updateListener.of(({ docChanged }) => docChanged && this.typed()),
-            ],
-        });
-    }
-
     // Texts that are not as they were opened, by their files.
     changed() {
         this.keep();
@@ -432,7 +293,7 @@ export class Editor {
         this.onText();
         clearTimeout(this.timer);
         this.timer = setTimeout(() => this.check(), PAUSE);
-        this.keepTimer ??= setTimeout(() => this.keepUnsaved(), KEEP);
+        this.unsaved.keepSoon();
     }
 
     get text() {
@@ -466,7 +327,7 @@ export class Editor {
     // The run starts from the beginning with all texts.
     run() {
         clearTimeout(this.timer);
-        this.keepUnsaved();
+        this.unsaved.keep();
         this.known().forEach(({ sent, state }) => sent.add(state.doc.toString()));
         this.ask({ run: { texts: this.texts(), keep_changes: part("keep-changes").checked } });
     }
@@ -526,7 +387,7 @@ export class Editor {
             if (known === this.shown) {
                 this.view.dispatch({ changes, userEvent: "input.replace" });
             }
-            this.keepUnsaved();
+            this.unsaved.keep();
         }
     }
 
@@ -534,7 +395,7 @@ export class Editor {
     load() {
         if (this.shown && this.shown.name !== this.scenario) {
             clearTimeout(this.timer);
-            this.keepUnsaved();
+            this.unsaved.keep();
             this.shown.sent.add(this.text);
             this.loading = this.text;
             const chosen = part("run-on").value === "one" ? this.chosen() : null;
@@ -575,7 +436,7 @@ export class Editor {
         const script = this.named(name);
         if (script) {
             Object.assign(script, { kept: script.written ?? script.kept, sha256 });
-            this.keepUnsaved();
+            this.unsaved.keep();
         }
         if (this.shown === script) {
             write(part("script-status"), this.writes ? texts.written(name) : "");
@@ -593,7 +454,7 @@ export class Editor {
         const load = () => {
             Object.assign(script, { opened: saved, kept: saved, sha256 });
             this.replace(saved ?? "");
-            this.keepUnsaved();
+            this.unsaved.keep();
         };
         this.notice(saved === null ? texts.goneOnDisk(name) : texts.changedOnDisk(name), [
             [texts.overwrite, texts.overwriteHelp, overwrite],
@@ -617,90 +478,9 @@ export class Editor {
         this.marks.chose();
     }
 
-    // The compiler's messages. The text may have changed since: places are moved into it.
-    /** @param {DiagnosticsEvent} event */
-    diagnose({ name, diagnostics, problems }) {
-        const { shown } = this;
-        if (shown?.name !== name) {
-            return;
-        }
-        const { doc } = this.view.state;
-        const at = (line = 1, column = 1) => {
-            const { from, text } = doc.line(Math.max(1, Math.min(line, doc.lines)));
-            // Columns are characters, places in the text are units of UTF-16.
-            return from + [...text].slice(0, column - 1).join("").length;
-        };
-        const isHere = (/** @type {{ file?: string }} */ one) => one.file === shown.file;
-        /** @type {(message: CompilerMessage) => (() => void) | null} */
-        const fixOf = ({ edits }) => {
-            if (edits.length === 0 || !edits.every(isHere)) {
-                return null;
-            }
-            const changes = edits.map((edit) => ({ from: at(edit.line, edit.column), to: at(edit.end_line, edit.end_column), insert: edit.text }));
-            return () => this.view.dispatch({ changes });
-        };
-        const found = diagnostics.map((one) => ({ ...one, fix: fixOf(one), from: isHere(one) ? at(one.line, one.column) : 0 }));
-        const marks = found.filter(isHere).map((one) => ({
-            from: one.from, to: Math.max(one.from, at(one.end_line, one.end_column)), severity: one.severity, source: one.code,
-            message: printable(one.help ? `${one.message}\n${texts.help}: ${one.help}` : one.message),
-        }));
-        marks.push(...(this.mark ? [this.mark] : []));
-        marks.sort((a, b) => a.from - b.from);
-        this.view.dispatch(setDiagnostics(this.view.state, marks));
-        const explain = (/** @type {string} */ code) => () => this.ask({ explain: { code } });
-        const lines = found.map((one) => element("li", { class: one.severity },
-            // Mistakes of scenarios have no code, and some have no place.
-            ...(one.code ? [element("button", { type: "button", title: texts.explainHelp, onclick: explain(one.code) }, one.code)] : []),
-            ...(one.file ? [element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => this.goTo(one.from) },
-                isHere(one) ? texts.line(one.line ?? 1) : `${this.shortName(one.file)}:${one.line}`)] : []),
-            element("span", {}, one.message, ...(one.help ? [element("small", {}, ` ${one.help}`)] : [])),
-            ...(one.fix ? [element("button", { type: "button", title: texts.fixHelp, onclick: one.fix }, texts.fix)] : [])));
-        const others = problems.map(({ line, problem }) => element("li", {},
-            element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => this.goTo(at(line, 1)) }, texts.line(line)),
-            element("span", {}, problem)));
-        part("diagnostics").replaceChildren(...lines, ...others);
-    }
-
-    // A file in the folder of the scenario has no other name for users.
-    /** @param {string} file */
-    shortName(file) {
-        const folder = this.world?.replace(/[^\\/]*$/, "") ?? "";
-        return file.startsWith(folder) ? file.slice(folder.length) : file;
-    }
-
     /** @param {number} place in the text */
     goTo(place) {
         this.view.dispatch({ selection: { anchor: place }, effects: EditorView.scrollIntoView(place, { y: "center" }) });
         this.view.focus();
     }
-
-    /** @param {ExplanationEvent} event */
-    explain({ text }) {
-        const [heading, ...lines] = text.split("\n");
-        write(inside(part("explanation"), "h2"), heading.replace(/^#+ /, ""));
-        inside(part("explanation"), "div").replaceChildren(...lines.join("\n").split(/^```\w*$/m).flatMap(explained));
-        part("explanation").showModal();
-    }
-}
-
-// Returns the text of a script if it is in no file.
-/** @param {Script} script */
-function unsavedIn({ kept, state }) {
-    const text = state.doc.toString();
-    return text === kept ? null : text;
-}
-
-// A part of an explanation: each second one is an example, the others have paragraphs with names between back quotes.
-/**
- * @param {string} text
- * @param {number} number
- * @returns {HTMLElement[]}
- */
-function explained(text, number) {
-    if (number % 2 === 1) {
-        return [element("pre", {}, text.trim())];
-    }
-    /** @type {(piece: string, at: number) => string | Node} */
-    const names = (piece, at) => (at % 2 === 1 ? element("code", {}, piece) : piece);
-    return text.trim().split(/\n\n+/).map((one) => element("p", {}, ...one.split("`").map(names)));
 }

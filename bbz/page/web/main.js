@@ -10,6 +10,7 @@ import { editedPlace, faultParts } from "./fault.js";
 import { Grading } from "./grading.js";
 import { Ground } from "./ground.js";
 import { Log, showTests } from "./log.js";
+import { showExplanation, showMessages } from "./messages.js";
 import { Notice } from "./notice.js";
 import { DisplayOptions } from "./display.js";
 import { Pointer } from "./pointer.js";
@@ -352,7 +353,7 @@ const handlers = {
         editor.show(event);
     },
     diagnostics(event) {
-        editor.diagnose(event);
+        showMessages(editor, event);
     },
     ran(event) {
         if (world) {
@@ -395,7 +396,7 @@ const handlers = {
         grading.take(event);
     },
     explanation(event) {
-        editor.explain(event);
+        showExplanation(event);
     },
     scenario({ text, missing }) {
         save(new Blob([text], { type: "application/toml" }), texts.savedAs);
