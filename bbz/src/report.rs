@@ -87,14 +87,22 @@ pub fn defect(defect: &Defect) {
 
 /// Prints an error, its place, and the advice on how to mend it.
 pub fn mistake(message: &str, place: Option<&Place>, help: Option<String>) {
-    let title = Level::ERROR.primary_title(message);
-    let Some(place) = place else {
-        print(Group::with_title(title));
-        if let Some(help) = help {
-            print(Group::with_title(Level::HELP.primary_title(help)));
-        }
-        return;
-    };
+    if let Some(place) = place {
+        return at(place, Level::ERROR, message, help);
+    }
+    print(Group::with_title(Level::ERROR.primary_title(message)));
+    if let Some(help) = help {
+        print(Group::with_title(Level::HELP.primary_title(help)));
+    }
+}
+
+/// Prints a warning, its place, and the advice on how to mend it.
+pub fn doubt(message: &str, place: &Place, help: String) {
+    at(place, Level::WARNING, message, Some(help));
+}
+
+fn at(place: &Place, level: Level<'_>, message: &str, help: Option<String>) {
+    let title = level.primary_title(message);
     let before = place.column - place.source_column;
     let start = place.source.char_indices().nth(before).map_or(place.source.len(), |(at, _)| at);
     let end = place.source[start..].char_indices().nth(place.width).map(|(at, _)| start + at);

@@ -77,6 +77,31 @@ fn comments_silence_warnings() {
 }
 
 #[test]
+fn comments_that_the_page_cannot_use_are_warnings() {
+    for (comment, message, help) in [
+        ("# led: red = waiting", "no meaning of an LED color", "`# led: 2 = in a group`"),
+        ("# led.fr: deux = groupe", "no meaning of an LED color", "`# led: 2 = in a group`"),
+        ("# led.french: 2 = groupe", "no meaning of an LED color", "`# led.fr: …`"),
+        ("# slider: N 1-5", "no slider of the page", "`# slider: NAME 1..50 step 1`"),
+        ("# text.fr: Un script.", "does not show this text", "`# text.fr: Une horloge.`"),
+        ("# try: It fails: fail = 0", "proposes no commands", "in the scenario"),
+    ] {
+        let script = format!("n = 1\nlog(n)\n  {comment}\r\n");
+        let folder = Folder::with("check_page_comments", "s.bzz", &script);
+        let outcome = folder.bbz(&["check", "s.bzz"]);
+        assert_eq!(outcome.status, Some(0), "{comment}");
+        for part in ["warning[W0113]", "s.bzz:3:3", message, help] {
+            assert!(outcome.stderr.contains(part), "{comment}: {}", outcome.stderr);
+        }
+    }
+    let good = "# A test.\n#\n# text.fr: Un essai.\n\n# led: 1 = on\n# led.fr: 1 = allumé\n\
+        # switch: n\n# try: nothing\n# Text: any\n# retry: n = 1\nn = 1\nlog(n)\n";
+    let folder = Folder::with("check_good_page_comments", "s.bzz", good);
+    let outcome = folder.bbz(&["check", "s.bzz"]);
+    assert_eq!((outcome.status, &*outcome.stderr), (Some(0), ""));
+}
+
+#[test]
 fn standard_input_is_a_script() {
     let folder = Folder::with("check_input", "near.bzz", "function near() { return 1 }\n");
     let check = |script: &[u8], arguments: &[&str]| {

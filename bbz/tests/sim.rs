@@ -32,6 +32,32 @@ fn a_scenario_that_holds_succeeds() {
     assert!(lines[3].starts_with("frames "), "{}", lines[3]);
 }
 
+#[test]
+fn comments_that_the_page_cannot_use_are_warnings() {
+    for (comment, message, help) in [
+        ("# try: Robot 1 fails: fail 1", "no command to try", "`# try: Robot 15 fails: fail = 15`"),
+        ("# try: Robot 7 fails: fail = 7", "no command to try", "help"),
+        ("# try.fr: En panne : fails = 1", "no command to try", "help"),
+        ("# try.french: En panne : fail = 1", "no command to try", "`# try.fr: …`"),
+        ("# led: 1 = on", "no led of the page", "in the script"),
+        ("# text.fr: Un essai.", "does not show this text", "`# text.fr: Une horloge.`"),
+    ] {
+        let folder = folder("sim_page_comments");
+        folder.write("s.toml", format!("{SCENARIO}{comment}\n"));
+        let outcome = folder.bbz(&["sim", "s.toml", "--headless"]);
+        assert_eq!(outcome.status, Some(0), "{comment}");
+        for part in ["warning", "s.toml:14:1", message, help] {
+            assert!(outcome.stderr.contains(part), "{comment}: {}", outcome.stderr);
+        }
+    }
+    let folder = folder("sim_good_page_comments");
+    let head = "# A test.\n#\n# text.fr: Un essai.\n#\n# try: It fails: fail = 1\n\
+        # try.fr: En panne : fail = 1\n";
+    folder.write("s.toml", [head, SCENARIO].concat());
+    let outcome = folder.bbz(&["sim", "s.toml", "--headless"]);
+    assert_eq!((outcome.status, &*outcome.stderr), (Some(0), ""));
+}
+
 /// Three Kilobots send at most two frames of 4.41 ms per second each: 2.6 % of a second. With one table in 100 steps, which
 /// are 10 s, a robot sends 0.4 frames per second: 0.53 % in all.
 #[test]

@@ -115,6 +115,7 @@ codes! {
     EmptyBody = "W0110", "an if, else or loop without a body";
     SecondPoint = "W0111", "a number with a second decimal point";
     UnknownAllowance = "W0112", "a comment for bbz that it does not know";
+    UnusablePageComment = "W0113", "a comment for the page that it cannot use";
     NeverAssigned = "W0201", "a name that nothing defines: it is nil";
     RobotNameTaken = "W0202", "a robot function's name used for something else";
     BuiltinNameTaken = "W0203", "a built-in name used for something else";

@@ -10,6 +10,7 @@ use crate::allow::Allowances;
 use crate::check::{self, outside::OutsideUses, robots::KnownRobots};
 use crate::codegen::{self, GLOBAL_CODE, Generated, LocalRange, SourceFunction};
 use crate::codes::DiagnosticCode;
+use crate::comments;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::fit::{self, CapacityError};
 use crate::image::{CompiledImage, ImageBuildError};
@@ -120,6 +121,7 @@ pub fn compile_parsed(parsed: Parsed, options: &Options) -> Compiled {
             Err(errors) => diagnostics.extend(errors),
         }
     }
+    diagnostics.extend(comments::warnings(&sources));
     let allowances = Allowances::read(&sources);
     diagnostics.retain(|diagnostic| !allowances.cover(diagnostic, &sources));
     diagnostics.extend(allowances.problems);

@@ -11,6 +11,7 @@ pub mod bo;
 pub mod check;
 pub mod codegen;
 pub mod codes;
+pub mod comments;
 pub mod compile;
 pub mod constant;
 pub mod diagnostic;

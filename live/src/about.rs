@@ -14,9 +14,8 @@
 //! # try.fr: Emporter la source : move = 1, to = [0, 360]
 //! ```
 
+use bittybuzz_compiler::comments::{is_request, leds, page_comments, split_language};
 use serde::Serialize;
-
-use crate::leds::{self, LedMeaning};
 
 /// The texts about a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -37,6 +36,17 @@ pub struct ScriptAbout {
     /// The paragraphs of the comment with which the script begins.
     pub text: Vec<Paragraph>,
     pub leds: Vec<LedMeaning>,
+}
+
+/// The color of an LED and its meaning in a script.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct LedMeaning {
+    /// The sum of 1 for red, 2 for green and 4 for blue, as `led()` takes it.
+    pub color: u8,
+    pub meaning: String,
+    /// The code of the language, such as `fr`; `None` is the language of the script.
+    pub language: Option<String>,
 }
 
 /// A paragraph of a comment.
@@ -69,8 +79,13 @@ impl AboutDescription {
 impl ScriptAbout {
     /// Reads the text of a script.
     pub fn new(name: String, text: &str) -> Self {
-        let leds = leds::read(text).into_iter().flatten().collect();
-        ScriptAbout { name, text: head(text), leds }
+        let leds = leds::read(text).into_iter().flatten();
+        let leds = leds.map(|leds::LedMeaning { color, meaning, language }| LedMeaning {
+            color,
+            meaning,
+            language,
+        });
+        ScriptAbout { name, text: head(text), leds: leds.collect() }
     }
 }
 
@@ -92,7 +107,7 @@ fn head(text: &str) -> Vec<Paragraph> {
 impl Paragraph {
     fn new(paragraph: &str) -> Self {
         let translated = paragraph.split_once(':').and_then(|(kind, text)| {
-            let (kind, language) = language_of(kind);
+            let (kind, language) = split_language(kind);
             Some((text.trim(), language.filter(|_| kind == "text")?.to_owned()))
         });
         match translated {
@@ -102,36 +117,25 @@ impl Paragraph {
     }
 }
 
-/// Splits the kind of a line, such as `led.fr`, into the kind and the code of the language.
-pub fn language_of(kind: &str) -> (&str, Option<&str>) {
-    match kind.trim().split_once('.') {
-        Some((kind, language)) => (kind, Some(language)),
-        None => (kind.trim(), None),
-    }
-}
-
-/// Returns true for a line that the page reads as a request.
-fn is_request(line: &str) -> bool {
-    let kind = line.split_once(':').map_or("", |(kind, _)| language_of(kind).0);
-    ["led", "try", "slider", "switch", "button"].contains(&kind)
-}
-
-/// Reads the commands that a scenario proposes. A line without a key is a remark.
+/// Reads the commands that a scenario proposes.
 fn proposals(scenario: &str) -> Vec<Proposal> {
-    let proposals = scenario.lines().filter_map(|line| {
-        let comment = line.trim().strip_prefix('#')?.trim();
-        let (kind, rest) = comment.split_once(':')?;
-        let (kind, language) = language_of(kind);
-        let (before, _) = rest.split_once('=').filter(|_| kind == "try")?;
-        // The label ends with the last colon before the first key.
-        let at = before.rfind(':').map_or(0, |colon| colon + 1);
-        // French has a space before a colon.
-        let (label, keys) = (before[..at].trim_end_matches(':').trim(), rest[at..].trim());
-        let label = if label.is_empty() { keys } else { label };
-        let language = language.map(str::to_owned);
-        Some(Proposal { label: label.to_owned(), command: lines_of(keys), language })
+    let own = page_comments(scenario).filter(|comment| comment.kind == "try");
+    let proposals = own.filter_map(|comment| {
+        let (label, command) = label_and_command(comment.text)?;
+        let language = comment.language.map(str::to_owned);
+        Some(Proposal { label: label.to_owned(), command, language })
     });
     proposals.collect()
+}
+
+/// Reads `Robot 15 fails: fail = 15` as a label and a command. A text without a key is none.
+pub fn label_and_command(text: &str) -> Option<(&str, String)> {
+    let (before, _) = text.split_once('=')?;
+    // The label ends with the last colon before the first key.
+    let at = before.rfind(':').map_or(0, |colon| colon + 1);
+    // French has a space before a colon.
+    let (label, keys) = (before[..at].trim_end_matches(':').trim(), text[at..].trim());
+    Some((if label.is_empty() { keys } else { label }, lines_of(keys)))
 }
 
 /// Writes keys that are separated by commas as lines, as an `[[event]]` has them. Commas inside of

@@ -3,7 +3,10 @@
 use bittybuzz_arena::scenario::ScenarioError;
 use bittybuzz_compiler::diagnostic::Diagnostic;
 use bittybuzz_compiler::render::Renderer;
+use bittybuzz_toml_reader::Place;
 use serde::{Deserialize, Serialize};
+
+use crate::scenario_comments::ScenarioWarning;
 
 /// A message of the compiler, or about a scenario.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -107,14 +110,30 @@ impl CompilerMessage {
     pub fn of_scenario(error: &ScenarioError) -> Self {
         let message =
             CompilerMessage { help: error.help(), ..CompilerMessage::error(error.to_string()) };
-        let Some(place) = &error.place else { return message };
+        match &error.place {
+            Some(place) => message.at(place),
+            None => message,
+        }
+    }
+
+    /// Returns a warning about a comment of a scenario as a message.
+    pub fn of_scenario_comment(warning: &ScenarioWarning) -> Self {
+        let message = CompilerMessage {
+            severity: MessageSeverity::Warning,
+            help: Some(warning.help.clone()),
+            ..CompilerMessage::error(&*warning.message)
+        };
+        message.at(&warning.place)
+    }
+
+    fn at(self, place: &Place) -> Self {
         CompilerMessage {
             file: Some(place.path.clone()),
             line: Some(place.line),
             column: Some(place.column),
             end_line: Some(place.line),
             end_column: Some(place.column + place.width),
-            ..message
+            ..self
         }
     }
 }

@@ -8,18 +8,19 @@ use bittybuzz_arena::run::{Session, Setup, Simulation};
 use bittybuzz_arena::scenario::{
     Group, Scenario, ScenarioError, WorldChange, file_sections, without_files,
 };
+use bittybuzz_compiler::comments::controls;
 use serde_json::{Value, json};
 
 use crate::about::ScriptAbout;
 use crate::begin;
 use crate::compiler_message::CompilerMessage;
-use crate::controls::{self, Control};
+use crate::controls::Control;
 use crate::hand_in::{TextFile, seconds, sha256};
-use crate::leds;
 use crate::page_event::{
     ChangedEvent, DiagnosticsEvent, PageEvent, RanEvent, ScenarioEvent, ScriptEvent, WrittenEvent,
 };
 use crate::request::Texts;
+use crate::scenario_comments::scenario_warnings;
 use crate::scenario_files::{messages, text_of};
 use crate::set_up::set_up;
 use crate::words;
@@ -72,7 +73,7 @@ pub fn controls(drafts: &Drafts, setup: &Setup) -> Vec<Control> {
     let texts = scripts(&setup.scenario).into_iter();
     let texts = texts.filter_map(|script| drafts.text(setup, script).ok());
     let mut once: Vec<Control> = Vec::new();
-    for control in texts.flat_map(|text| controls::read(&text)).flatten() {
+    for control in texts.flat_map(|text| controls::read(&text)).flatten().map(Control::from) {
         if once.iter().all(|other| other.name() != control.name()) {
             once.push(control);
         }
@@ -149,13 +150,19 @@ pub fn show(
 /// Returns the event with the compiler's messages about a text.
 pub fn check(drafts: &Drafts, setup: &Setup, name: &str, text: &str) -> Result<PageEvent, String> {
     if is_scenario(drafts, setup, name) {
-        let errors = set_up(drafts.workshop(), text, &[], &drafts.last()).err();
-        // Without an error there is no message.
-        return Ok(PageEvent::Diagnostics(diagnostics(name, "", errors.unwrap_or_default())));
+        let messages = match set_up(drafts.workshop(), text, &[], &drafts.last()) {
+            Ok(made) => {
+                let path = drafts.workshop().scenario().to_string_lossy();
+                let warnings = scenario_warnings(text, &path, &made.scenario);
+                warnings.iter().map(CompilerMessage::of_scenario_comment).collect()
+            }
+            Err(errors) => errors,
+        };
+        return Ok(PageEvent::Diagnostics(diagnostics(name, messages)));
     }
     let script = find(setup, name)?;
     let (messages, _) = drafts.check(groups_with(&setup.scenario, &script), &script, text);
-    Ok(PageEvent::Diagnostics(diagnostics(name, text, messages)))
+    Ok(PageEvent::Diagnostics(diagnostics(name, messages)))
 }
 
 /// Loads a text into robots as a draft of a script. Returns the events about it. Without `ids` it
@@ -178,7 +185,7 @@ pub fn load(
         None => groups.iter().map(|group| json!(range(group))).collect(),
     };
     let (messages, has_error) = drafts.check(groups.into_iter(), &script, text);
-    let diagnostics = diagnostics(name, text, messages);
+    let diagnostics = diagnostics(name, messages);
     if has_error {
         return Err(EditError::Errors(vec![name.to_owned()], vec![diagnostics]));
     }
@@ -233,7 +240,7 @@ pub fn begin(
     let name = name_of_scenario(drafts, earlier.setup());
     let text = texts.get(&name).map_or(scenario, String::as_str);
     let of_scenario =
-        |errors| EditError::Errors(vec![name.clone()], vec![diagnostics(&name, "", errors)]);
+        |errors| EditError::Errors(vec![name.clone()], vec![diagnostics(&name, errors)]);
     let parsed = drafts.workshop().parse(text, &[]);
     let parsed = parsed.map_err(|errors| of_scenario(messages(&errors)))?;
     let (mut own, mut found, mut wrong) = (drafts.last(), Vec::new(), Vec::new());
@@ -241,7 +248,7 @@ pub fn begin(
         let name = name_of(&parsed, script);
         let Some(text) = texts.get(&name) else { continue };
         let (messages, has_error) = drafts.check(groups_with(&parsed, script), script, text);
-        found.push(diagnostics(&name, text, messages));
+        found.push(diagnostics(&name, messages));
         if has_error {
             wrong.push(name);
         }
@@ -252,7 +259,7 @@ pub fn begin(
         return Err(EditError::Errors(wrong, found));
     }
     let made = set_up(drafts.workshop(), text, &[], &own);
-    let made = made.map_err(|errors| EditError::Misfit(diagnostics(&name, "", errors)))?;
+    let made = made.map_err(|errors| EditError::Misfit(diagnostics(&name, errors)))?;
     let seed = made.scenario.world.seed;
     let made = made.with_compiler(drafts.workshop().compiler());
     let run = Simulation::new(Arc::new(made), seed, 0);
@@ -442,12 +449,9 @@ fn with_slashes(path: &Path) -> String {
     parts.join("/")
 }
 
-/// Returns the event with the compiler's messages and the malformed comments in a text.
-fn diagnostics(name: &str, text: &str, diagnostics: Vec<CompilerMessage>) -> DiagnosticsEvent {
-    let controls = controls::read(text).into_iter().filter_map(Result::err);
-    let leds = leds::read(text).into_iter().filter_map(Result::err);
-    let problems = controls.chain(leds).collect();
-    DiagnosticsEvent { name: name.to_owned(), diagnostics, problems }
+/// Returns the event with the messages about a text.
+fn diagnostics(name: &str, diagnostics: Vec<CompilerMessage>) -> DiagnosticsEvent {
+    DiagnosticsEvent { name: name.to_owned(), diagnostics }
 }
 
 /// Returns the path of a script relative to the folder of the scenario.

@@ -83,7 +83,6 @@ mod faults;
 mod grading;
 mod hand_in;
 mod inspection;
-mod leds;
 mod live;
 mod pace;
 mod page_event;
@@ -91,6 +90,7 @@ mod relative;
 mod replay;
 mod request;
 mod samples;
+mod scenario_comments;
 mod scenario_files;
 mod series;
 mod set_up;
@@ -111,6 +111,7 @@ pub use hand_in::{HandIn, TextFile, sha256};
 pub use live::Live;
 pub use page_event::{DefectEvent, PageEvent};
 pub use replay::Replay;
+pub use scenario_comments::{ScenarioWarning, scenario_warnings};
 pub use scenario_files::{
     ScenarioFiles, environment_folders, program_or_report, programs, text_of,
 };

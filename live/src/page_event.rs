@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::about::ScriptAbout;
 use crate::by_hand::Thing;
 use crate::compiler_message::CompilerMessage;
-use crate::controls::{Control, ControlProblem};
+use crate::controls::Control;
 use crate::grading::Mark;
 use crate::inspection::MemoryDescription;
 use crate::words::Word;
@@ -429,8 +429,6 @@ pub struct ScriptEvent {
 pub struct DiagnosticsEvent {
     pub name: String,
     pub diagnostics: Vec<CompilerMessage>,
-    /// The malformed comments in the text.
-    pub problems: Vec<ControlProblem>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -314,7 +314,8 @@ fn controls_are_those_of_the_last_texts() {
     let text = format!("# slider: r 1..9\n{RED}# button: 9\n");
     let events =
         ask(&mut live, json!({ "load": { "name": "walk.bzz", "text": text, "keep": true } }));
-    assert_eq!(events[0]["problems"][0]["line"], 4);
+    let found = &events[0]["diagnostics"][0];
+    assert_eq!((&found["code"], &found["line"]), (&json!("W0113"), &json!(4)));
     let ran = events.iter().find(|event| event["event"] == "ran").unwrap();
     assert_eq!(
         (&ran["controls"][0]["name"], &ran["controls"][0]["value"]),

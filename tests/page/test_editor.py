@@ -143,7 +143,7 @@ def test_a_page_that_may_only_read_writes_no_file(page, session):
 def test_controls_set_globals(page):
     write(page, "# slider: level 1..50 step 1\n# switch: lit\n# button: go\n# slider: broken\nlevel = 20\nlit = 0\ngo = 0\n"
                 "function step() { led(lit) }\n")
-    expect(messages(page)).to_contain_text(["a slider is written as"])
+    expect(messages(page)).to_contain_text(["write `# slider: NAME 1..50 step 1`"])
     page.click("#load")
     slider = page.get_by_role("slider", name="level")
     expect(slider).to_have_value("20")

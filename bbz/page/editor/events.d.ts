@@ -217,8 +217,6 @@ can_redo: boolean, };
 
 export type Control = { "kind": "slider" } & Slider | { "kind": "switch" } & Switch | { "kind": "button" } & Button;
 
-export type ControlProblem = { line: number, problem: string, };
-
 export type DefectEvent = { 
 /**
  * The version, the place and the invariant that does not hold.
@@ -229,11 +227,7 @@ text: string,
  */
 help: string, };
 
-export type DiagnosticsEvent = { name: string, diagnostics: Array<CompilerMessage>, 
-/**
- * The malformed comments in the text.
- */
-problems: Array<ControlProblem>, };
+export type DiagnosticsEvent = { name: string, diagnostics: Array<CompilerMessage>, };
 
 export type DigestEvent = { tick: number, 
 /**

@@ -14,7 +14,7 @@ import { setDiagnostics } from "./vendor.js";
  * @param {Editor} editor
  * @param {DiagnosticsEvent} event
  */
-export function showMessages(editor, { name, diagnostics, problems }) {
+export function showMessages(editor, { name, diagnostics }) {
     const { shown, view } = editor;
     if (shown?.name !== name) {
         return;
@@ -50,10 +50,7 @@ export function showMessages(editor, { name, diagnostics, problems }) {
             isHere(one) ? texts.line(one.line ?? 1) : `${shortName(one.file, editor.world)}:${one.line}`)] : []),
         element("span", {}, one.message, ...(one.help ? [element("small", {}, ` ${one.help}`)] : [])),
         ...(one.fix ? [element("button", { type: "button", title: texts.fixHelp, onclick: one.fix }, texts.fix)] : [])));
-    const others = problems.map(({ line, problem }) => element("li", {},
-        element("button", { type: "button", class: "place", title: texts.goThere, onclick: () => editor.goTo(at(line, 1)) }, texts.line(line)),
-        element("span", {}, problem)));
-    part("diagnostics").replaceChildren(...lines, ...others);
+    part("diagnostics").replaceChildren(...lines);
 }
 
 // A file in the folder of the scenario has no other name for users.

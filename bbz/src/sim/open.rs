@@ -65,6 +65,9 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
             return Ok(None);
         }
     };
+    for warning in bittybuzz_live::scenario_warnings(&text, &path.to_string_lossy(), &scenario) {
+        report::doubt(&warning.message, &warning.place, warning.help);
+    }
     // The mistakes of a script that many groups share are printed once.
     let programs = programs(&scenario, |group, script| -> Result<_, Box<dyn Problem>> {
         let program = match script {

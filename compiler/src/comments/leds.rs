@@ -8,14 +8,10 @@
 
 use std::collections::BTreeSet;
 
-use serde::Serialize;
-
-use crate::about::language_of;
-use crate::controls::ControlProblem;
+use super::{CommentProblem, language_problem, page_comments};
 
 /// The color of an LED and its meaning in a script.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(test, derive(ts_rs::TS))]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LedMeaning {
     /// The sum of 1 for red, 2 for green and 4 for blue, as `led()` takes it.
     pub color: u8,
@@ -24,26 +20,28 @@ pub struct LedMeaning {
     pub language: Option<String>,
 }
 
-const FORM: &str =
-    "the meaning of a color is written as `# led: 2 = in a group`, with a color from 0 to 7";
+const FORM: &str = "write `# led: 2 = in a group`, with a color from 0 to 7";
 
 /// Reads the meanings in a script. Of two meanings of one color in one language, the
 /// later one is an error.
-pub fn read(text: &str) -> Vec<Result<LedMeaning, ControlProblem>> {
+pub fn read(text: &str) -> Vec<Result<LedMeaning, CommentProblem>> {
     let mut known = BTreeSet::new();
-    let lines = text.lines().zip(1_u32..);
-    let meanings = lines.filter_map(|(line, number)| {
-        let comment = line.trim().strip_prefix('#')?.trim();
-        let (kind, rest) = comment.split_once(':')?;
-        let (kind, language) = language_of(kind);
-        (kind == "led").then(|| {
-            let meaning = meaning(rest, language).ok_or_else(|| FORM.to_owned());
-            let meaning = meaning.and_then(|one| match known.insert((language, one.color)) {
-                false => Err(format!("the color {} has a meaning already", one.color)),
-                true => Ok(one),
-            });
-            meaning.map_err(|problem| ControlProblem { line: number, problem })
-        })
+    let meanings = page_comments(text).filter(|comment| comment.kind == "led").map(|comment| {
+        let (line, language) = (comment.line, comment.language);
+        let form = "this is no meaning of an LED color";
+        if let Some(help) = language_problem("led", language) {
+            return Err(CommentProblem::new(line, form, help));
+        }
+        let meaning =
+            meaning(comment.text, language).ok_or_else(|| CommentProblem::new(line, form, FORM))?;
+        match known.insert((language, meaning.color)) {
+            true => Ok(meaning),
+            false => Err(CommentProblem::new(
+                line,
+                format!("the color {} has a meaning already", meaning.color),
+                "leave one of the two comments out, or correct its color",
+            )),
+        }
     });
     meanings.collect()
 }
@@ -83,13 +81,16 @@ mod tests {
             ("# led: 8 = waiting", "from 0 to 7"),
             ("# led: 1 =", "`# led: 2 = in a group`"),
             ("# led: 1", "`# led: 2 = in a group`"),
-            ("# led: 2 = another", "the color 2 has a meaning already"),
+            ("# led.fr: deux = dans un groupe", "`# led: 2 = in a group`"),
+            ("# led.: 1 = attend", "`# led.fr: …`"),
+            ("# led.french: 1 = attend", "`# led.fr: …`"),
+            ("# led: 2 = another", "leave one of the two"),
         ] {
             let found = read(&format!("# led: 2 = one\n{text}\n"));
-            let [Ok(_), Err(ControlProblem { line: 2, problem })] = &found[..] else {
+            let [Ok(_), Err(CommentProblem { line: 1, help, .. })] = &found[..] else {
                 panic!("{text}: {found:?}");
             };
-            assert!(problem.contains(part), "{text}: {problem}");
+            assert!(help.contains(part), "{text}: {help}");
         }
     }
 }
