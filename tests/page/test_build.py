@@ -72,7 +72,7 @@ def things(page):
 
 def test_robots_are_built_with_the_mouse(page):
     build(page)
-    assert things(page) == ["Robot 6", "Robot 7", "Obstacle 1", "Lamp 1"]
+    assert things(page) == ["Robot 6", "Robot 7", "Disc 1", "Lamp 1"]
     # A click on the tool, and one on the ground; places are whole centimeters.
     page.get_by_role("button", name="Robot", exact=True).click()
     click(page, 101, -98)
@@ -145,16 +145,16 @@ def test_walls_lamps_and_paint_are_built_with_the_mouse(page):
     walls = SCENARIO.replace(f"[{OBSTACLE}]", wall)
     becomes(page, walls)
     chosen(page, "Wall 2")
-    keys(page, "4")
+    keys(page, "7")
     click(page, 200, -200)
     lamps = walls.replace(f"[{LAMP}]", f"[{LAMP}, {{ at = [200, -200], brightness = 1023 }}]")
     becomes(page, lamps)
-    keys(page, "5")
+    keys(page, "8")
     drag(page, (250, 100), (150, 50))
     paint = "\nground = [{ at = [200, 75], size = [100, 50], brightness = 0 }]\n"
     painted = lamps.replace("brightness = 1023 }]\n", f"brightness = 1023 }}]{paint}")
     becomes(page, painted)
-    assert things(page)[2:] == ["Obstacle 1", "Wall 2", "Lamp 1", "Lamp 2", "Paint 1"]
+    assert things(page)[2:] == ["Disc 1", "Wall 2", "Lamp 1", "Lamp 2", "Paint 1"]
     # Dragged: the wall as a whole and by an end, the box of paint by its corner, the lamp and the disc.
     keys(page, "1")
     drag(page, (-150, 150), (-160, 170))
@@ -178,7 +178,7 @@ def test_walls_lamps_and_paint_are_built_with_the_mouse(page):
     painted = painted.replace("radius = 20", "radius = 50")
     becomes(page, painted)
     # Away with all but the robots.
-    for place_, name in [((-160, 195), "Wall 2"), ((200, -200), "Lamp 2"), ((200, 75), "Paint 1"), ((320, 220), "Obstacle 1"), ((-250, -150), "Lamp 1")]:
+    for place_, name in [((-160, 195), "Wall 2"), ((200, -200), "Lamp 2"), ((200, 75), "Paint 1"), ((320, 220), "Disc 1"), ((-250, -150), "Lamp 1")]:
         click(page, *place_)
         chosen(page, name)
         page.get_by_role("button", name="Delete", exact=True).click()
@@ -205,7 +205,7 @@ def test_walls_lamps_and_paint_are_built_with_the_keyboard(page):
     chosen(page, "Wall 3")
     keys(page, "Backspace")
     becomes(page, text)
-    keys(page, "4", "Enter")
+    keys(page, "7", "Enter")
     chosen(page, "Lamp 2")
     field(page, "brightness").fill("500")
     page.keyboard.press("Enter")
@@ -214,7 +214,7 @@ def test_walls_lamps_and_paint_are_built_with_the_keyboard(page):
     # A lamp has no direction.
     keys(page, "r")
     expect(page.locator("#status")).to_have_text("It has no direction.")
-    keys(page, "5", "Enter", "R")
+    keys(page, "8", "Enter", "R")
     chosen(page, "Paint 1")
     text = text.replace("brightness = 500 }]", f"brightness = 500 }}]\nground = [{{ at = [0, {y}], size = [100, 100], brightness = 0, heading = 345 }}]")
     becomes(page, text)
@@ -223,6 +223,33 @@ def test_walls_lamps_and_paint_are_built_with_the_keyboard(page):
     chosen(page, "Lamp 3")
     text = text.replace(f"[{LAMP}, ", "[[-300, -190], ").replace("500 }]", "500 }, [-280, -210]]")
     becomes(page, text)
+
+
+def test_boxes_discs_and_pucks_are_built_with_the_mouse(page):
+    build(page)
+    keys(page, "4")
+    drag(page, (-200, 200), (-100, 120))
+    box = "{ at = [-150, 160], size = [100, 80] }"
+    becomes(page, SCENARIO.replace(OBSTACLE, f"{OBSTACLE}, {box}"))
+    chosen(page, "Box 2")
+    keys(page, "5")
+    # A drag leads from the center to the rim, and a click makes the usual size.
+    drag(page, (200, -200), (230, -160))
+    disc = "{ at = [200, -200], radius = 50 }"
+    becomes(page, SCENARIO.replace(OBSTACLE, f"{OBSTACLE}, {box},\n  {disc}"))
+    chosen(page, "Disc 3")
+    page.get_by_role("button", name="Puck", exact=True).click()
+    click(page, 0, -150)
+    built = download(page)
+    chosen(page, "Puck 1")
+    assert re.search(r"\{ at = \[0, -150\], radius = 50, movable = true \}", built), built
+    assert things(page)[2:] == ["Disc 1", "Box 2", "Disc 3", "Puck 1", "Lamp 1"]
+    # A copy of a puck that was deleted is a puck.
+    keys(page, "1", "Control+c", "Delete")
+    expect(page.locator("#things")).not_to_contain_text("Puck 1")
+    keys(page, "Control+v")
+    chosen(page, "Puck 1")
+    assert "movable = true" in download(page)
 
 
 def test_undo_restores_the_text_byte_for_byte(page):
@@ -307,7 +334,7 @@ def test_acts_that_follow_at_once_are_all_carried_out(page):
     build(page)
     drag(page, (40, 0), (100, 50))
     drag(page, (-30, 0), (-100, 50))
-    keys(page, "ArrowUp", "4")
+    keys(page, "ArrowUp", "7")
     click(page, 200, -200)
     keys(page, "1")
     drag(page, (300, 200), (320, 220))
@@ -366,7 +393,7 @@ def test_escape_leads_out_step_by_step(page):
 def test_the_world_stays_below_the_pointer(page):
     build(page)
     before = page.locator("#canvas").bounding_box()
-    for key in ["n", "n", "n", "n", "5", "4", "3", "2", "1"]:
+    for key in ["n", "n", "n", "n", "8", "7", "6", "5", "4", "3", "2", "1"]:
         page.keyboard.press(key)
         assert page.locator("#canvas").bounding_box() == before, key
 

@@ -2,18 +2,18 @@
 
 import { element, option, part } from "./element.js";
 import { texts } from "./texts.js";
-import { countOf, KINDS, TURN } from "./things.js";
+import { countOf, formOf, KINDS, TURN } from "./things.js";
 
 /**
  * @import { Thing, ThingKind, ThingValues } from "./events"
  * @import { Builder } from "./builder.js"
  */
 
-/** @typedef {"choose" | "robot" | "wall" | "lamp" | "paint"} Tool */
+/** @typedef {"choose" | "robot" | "wall" | "box" | "disc" | "puck" | "lamp" | "paint"} Tool */
 
 // In the order of their keys, from 1.
 /** @type {Tool[]} */
-export const TOOLS = ["choose", "robot", "wall", "lamp", "paint"];
+export const TOOLS = ["choose", "robot", "wall", "box", "disc", "puck", "lamp", "paint"];
 
 // Things of a kind in the list. The world has the others, too: a click chooses them.
 const LISTED = 500;
@@ -103,8 +103,8 @@ export class BuildPanel {
         const { builder, counts } = this;
         const { robots } = builder.view;
         const ids = robots.ids.slice(0, LISTED).filter((_, robot) => robots.isThere[robot]).join();
-        const walls = builder.view.world?.obstacles.map((one) => "from" in one).join();
-        const listed = JSON.stringify([counts, ids, walls]);
+        const forms = builder.view.world?.obstacles.map(formOf).join();
+        const listed = JSON.stringify([counts, ids, forms]);
         if (listed !== this.listed) {
             this.listed = listed;
             const groups = counts.filter(([, count]) => count > 0).map(([kind, count]) => {

@@ -4,11 +4,12 @@ import { BuildHand } from "./build-hand.js";
 import { BuildPanel } from "./build-panel.js";
 import { inside, part, write } from "./element.js";
 import { texts } from "./texts.js";
-import { centerOf, freePlace, GRID, movedBy, turnedBy, valuesOf } from "./things.js";
+import { centerOf, formOf, freePlace, GRID, movedBy, turnedBy, valuesOf } from "./things.js";
 
 // The sizes in mm of things that are added by a click or a key.
 const WALL = 200;
-const PAINT = 100;
+const BOX = 100;
+const RADIUS = 50;
 
 /**
  * @import { BuiltEvent, Thing, ThingKind, ThingValues, WorldEdit } from "./events"
@@ -269,7 +270,7 @@ export class Builder {
     /** @param {Thing} thing */
     nameOf({ kind, number }) {
         const values = valuesOf(this.view, { kind, number });
-        const form = kind === "obstacle" ? (values?.from ? "wall" : "obstacle") : kind;
+        const form = kind === "obstacle" ? formOf(values ?? {}) : kind;
         return texts.thing(form, kind === "robot" ? this.view.robots.ids[number] : number + 1);
     }
 
@@ -373,14 +374,21 @@ export class Builder {
      * @returns {{ kind: ThingKind, values: ThingValues } | null}
      */
     made([x, y], to) {
+        const box = () => {
+            const size = to ? [Math.abs(to[0] - x), Math.abs(to[1] - y)] : [BOX, BOX];
+            const at = to ? [(x + to[0]) / 2, (y + to[1]) / 2] : [x, y];
+            return { at: /** @type {Place} */ (at), size: /** @type {[number, number]} */ (size.map((side) => Math.max(1, side))) };
+        };
+        // A drag begins at the center.
+        const disc = () => ({ at: /** @type {Place} */ ([x, y]), radius: to ? Math.max(1, Math.hypot(to[0] - x, to[1] - y)) : RADIUS });
         switch (this.tool) {
             case "robot": return { kind: "robot", values: { at: to ?? [x, y] } };
             case "lamp": return { kind: "lamp", values: { at: to ?? [x, y], brightness: 1023 } };
             case "wall": return { kind: "obstacle", values: to ? { from: [x, y], to } : { from: [x - WALL / 2, y], to: [x + WALL / 2, y] } };
-            case "paint": {
-                const size = to ? [Math.abs(to[0] - x), Math.abs(to[1] - y)] : [PAINT, PAINT];
-                return { kind: "patch", values: { at: to ? [(x + to[0]) / 2, (y + to[1]) / 2] : [x, y], size: [Math.max(1, size[0]), Math.max(1, size[1])], brightness: 0 } };
-            }
+            case "box": return { kind: "obstacle", values: box() };
+            case "disc": return { kind: "obstacle", values: disc() };
+            case "puck": return { kind: "movable", values: disc() };
+            case "paint": return { kind: "patch", values: { ...box(), brightness: 0 } };
             default: return null;
         }
     }

@@ -49,28 +49,30 @@ export const english = {
         ["Shift + Ctrl + Enter", "in the script: load the text now, while the run goes on"],
         ["F8  F10  Shift + F8", "line by line: the next statement, past calls, out of the function"], ["F7", "line by line: the statement before"], ["F9", "in the script: a breakpoint, or none"],
         ["Arrows  +  −  0  r", "in the world: move the view, zoom, show all, show the robots"],
-        ["b", "build the world, or end that"], ["1 to 5", "while building: the tools"], ["n  p", "while building: the next thing, the one before"],
+        ["b", "build the world, or end that"], ["1 to 8", "while building: the tools"], ["n  p", "while building: the next thing, the one before"],
         ["Enter", "while building, in the world: adds a thing"], ["Arrows  r  R  Del", "while building: move, turn and delete the chosen thing; Shift + arrows by 1 mm"],
         ["Ctrl + C  V  D", "while building: copy, paste, both"], ["Ctrl + Z  Y", "while building: undo, redo"],
     ],
 
     build: "Build", buildHelp: "Build the start of the world by hand; each change is one of the scenario's text (b)", buildLabel: "building the world",
     buildStarts: "The run starts from the beginning.",
-    buildOn: "Building the world. Keys 1 to 5: tools. n and p: things.", buildOff: "The world is not built any more.",
+    buildOn: "Building the world. Keys 1 to 8: tools. n and p: things.", buildOff: "The world is not built any more.",
     hintBuild: {
         choose: "Click a thing, drag it or its handles. Arrows, r and Del move, turn and delete it; Shift: exactly.",
-        robot: "Click where a robot is to stand, or press Enter.", wall: "Drag a wall, or press Enter.",
+        robot: "Click where a robot is to stand, or press Enter.", wall: "Drag a wall, or press Enter.", box: "Drag a box, or press Enter.",
+        disc: "Drag a disc from its center, or press Enter.", puck: "Drag a disc that robots can push from its center, or press Enter.",
         lamp: "Click where a lamp is to be, or press Enter.", paint: "Drag a painted box, or press Enter.",
     },
-    toolsLabel: "tools", tools: { choose: "Choose", robot: "Robot", wall: "Wall", lamp: "Lamp", paint: "Paint" },
+    toolsLabel: "tools", tools: { choose: "Choose", robot: "Robot", wall: "Wall", box: "Box", disc: "Disc", puck: "Puck", lamp: "Lamp", paint: "Paint" },
     toolHelp: {
         choose: "Choose, drag and turn things (1)", robot: "A click adds a robot (2)", wall: "A drag draws a wall (3)",
-        lamp: "A click adds a lamp (4)", paint: "A drag paints a box (5)",
+        box: "A drag draws a box (4)", disc: "A drag draws a disc (5)", puck: "A drag draws a disc that robots push (6)",
+        lamp: "A click adds a lamp (7)", paint: "A drag paints a box on the ground (8)",
     },
     groupOfNew: "group of new robots", thingsLabel: "things in the world", noThing: "choose a thing",
-    thingKinds: { robot: "Robots", obstacle: "Obstacles", movable: "Discs that robots push", lamp: "Lamps", patch: "Paint" },
-    /** @type {(form: "robot" | "wall" | "obstacle" | "movable" | "lamp" | "patch", number: number) => string} */
-    thing: (form, number) => `${{ robot: "Robot", wall: "Wall", obstacle: "Obstacle", movable: "Disc", lamp: "Lamp", patch: "Paint" }[form]} ${number}`,
+    thingKinds: { robot: "Robots", obstacle: "Obstacles", movable: "Pucks, which robots push", lamp: "Lamps", patch: "Paint" },
+    /** @type {(form: "robot" | "wall" | "box" | "disc" | "movable" | "lamp" | "patch", number: number) => string} */
+    thing: (form, number) => `${{ robot: "Robot", wall: "Wall", box: "Box", disc: "Disc", movable: "Puck", lamp: "Lamp", patch: "Paint" }[form]} ${number}`,
     valueNames: { x: "x", y: "y", fromX: "from x", fromY: "y", toX: "to x", toY: "y", radius: "r", width: "w", height: "h", heading: "°", brightness: "bright" },
     valueLabels: {
         x: "x in mm", y: "y in mm", fromX: "first end: x in mm", fromY: "first end: y in mm", toX: "second end: x in mm", toY: "second end: y in mm",
@@ -143,7 +145,7 @@ export const english = {
     /** @type {(id: number | null, state: string, seen: string[]) => string} */
     announced: (id, state, seen) => `Robot ${id}, ${[state, ...seen].join(", ")}`,
     pausedAt: (/** @type {string} */ clock) => `Paused at ${clock}`,
-    noRobot: "No robot is chosen. Click one.",
+    noRobot: "No robot is chosen. Click one in the world, or press n there. Table lists all of them.",
     robot: (/** @type {number | null} */ id) => `Robot ${id}`,
     state: "State", states: ["running", "stopped", "failed", "stopped by an error"],
     group: "Group", script: "Script", place: "Place", memory: "Memory",
@@ -237,7 +239,9 @@ export const english = {
     seeking: (/** @type {number} */ seconds, /** @type {number} */ left) => `On the way to ${seconds.toFixed(1)} s: about ${left.toFixed(left < 10 ? 1 : 0)} s left.`,
     pausing: "The simulator finishes this step of the world.",
     lostLines: (/** @type {number} */ count) => `${count.toLocaleString("en")} earlier lines came faster than they can be shown.`,
-    noLog: "Nothing was logged so far.", noTests: "The scenario expects nothing.",
+    noLog: "Nothing was logged so far. A call such as log(\"count: \", n) in a script writes a line here.",
+    noTests: "The scenario expects nothing. Each [[expect]] in its text becomes a light here.",
+    lightsOf: (/** @type {number} */ held, /** @type {number} */ count) => `${held} of ${count} lights are green`,
     verdicts: { open: "open", held: "held", failed: "failed" },
     ofOlder: "of an older text",
     older: {

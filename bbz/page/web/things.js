@@ -3,7 +3,7 @@
 import { radians } from "./obstacles.js";
 
 /**
- * @import { Thing, ThingKind, ThingValues } from "./events"
+ * @import { ObstacleDescription, Thing, ThingKind, ThingValues } from "./events"
  * @import { Place } from "./page"
  * @import { View } from "./view.js"
  */
@@ -40,6 +40,15 @@ export function countOf(view, kind) {
         robot: view.radii.length, obstacle: world.obstacles.length, movable: world.movables.length, lamp: world.lights.length, patch: world.ground.length,
     };
     return counts[kind];
+}
+
+// The form of an obstacle.
+/** @param {ObstacleDescription | ThingValues} values */
+export function formOf(values) {
+    if ("from" in values) {
+        return "wall";
+    }
+    return "size" in values ? "box" : "disc";
 }
 
 // The values of a thing at the start of the run, or null if there is none.

@@ -249,7 +249,8 @@ fn add(
         [number] => format!("{key} = {}", text::number_text(*number)),
         numbers => format!("{key} = {}", text::numbers_text(numbers)),
     });
-    let entries: Vec<String> = entries.collect();
+    let movable = (kind == ThingKind::Movable).then(|| "movable = true".to_owned());
+    let entries: Vec<String> = entries.chain(movable).collect();
     let inline = || format!("{{ {} }}", entries.join(", "));
     let list = world.table.get(key_of(kind));
     match list {

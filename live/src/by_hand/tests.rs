@@ -183,6 +183,9 @@ fn movable_discs_are_counted_by_themselves() {
     assert_eq!(moved, text.replace("[0, -300]", "[9, -300]"));
     let two = built(&text, copy("movable", 0, json!({ "at": [100, 300] }))).unwrap();
     assert_eq!(two.thing, Some(Thing { kind: ThingKind::Movable, number: 1 }));
+    let three = built(&two.text, add("movable", json!({ "at": [0, 200], "radius": 20 }))).unwrap();
+    assert_eq!(three.thing, Some(Thing { kind: ThingKind::Movable, number: 2 }));
+    assert_eq!(parse(&three.text).unwrap().world.movables.len(), 3);
     assert_eq!(parse(&two.text).unwrap().world.movables.len(), 2);
 }
 
