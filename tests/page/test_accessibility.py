@@ -42,7 +42,7 @@ def test_axe_finds_no_violation_in_any_tab(browser, session, scheme):
     page.keyboard.press("Shift+ArrowUp")
     expect(page.locator("#marks .command")).to_have_count(1)
     page.keyboard.press("c")
-    for tab in ["robot", "table", "script", "log", "tests", "ground"]:
+    for tab in ["about", "robot", "table", "script", "log", "tests", "ground"]:
         page.click(f"#tab-{tab}")
         assert violations(page) == [], tab
     page.get_by_label("robots that hear only each other").fill("99")

@@ -152,7 +152,7 @@ export class Curve {
             const value = this.own.get(robot)?.[index];
             return value === null || value === undefined ? [] : [element("span", { class: color.slice(2) }, texts.curveOf(ids[robot], value))];
         }) : [];
-        this.words.replaceChildren(five ? texts.curve(time, five, this.isSingle) : texts.noPoint(time), ...own);
+        this.words.replaceChildren(five ? texts.curve(time, five, this.isSingle || ids.length === 1) : texts.noPoint(time), ...own);
     }
 
     // The robots that have lines of their own, and the names of their colors.

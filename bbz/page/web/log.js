@@ -126,6 +126,8 @@ export function showTests(expectations, older) {
         element("b", {}, texts.verdicts[verdict]),
         element("span", {}, name ? `${name}: ${text}` : text, ...(older ? [element("small", {}, ` (${texts.ofOlder})`)] : []))));
     part("expectations").replaceChildren(...(lines.length > 0 ? lines : [element("p", { class: "none" }, texts.noTests)]));
+    const held = expectations.filter(({ verdict }) => verdict === "held").length;
+    write(part("verdicts"), lines.length > 0 ? texts.lightsOf(held, lines.length) : "");
     const reason = older && lines.length > 0 ? texts.older[older] : "";
     if (part("older").textContent !== reason) {
         // A screen reader reads it only when it changes.

@@ -89,8 +89,8 @@ export class RobotPanel {
         this.parts = element("div", { class: "memory" });
         this.isCompared = element("button",
             { type: "button", title: texts.compareHelp, "aria-pressed": false, onclick: () => this.compare(robot) }, texts.compare);
-        panel.replaceChildren(element("h2", {}, texts.robot(id)), this.facts, this.questions.element, this.fault, this.atFault,
-            element("div", { class: "acts" }, ...ACTIONS.map(act), link("block"), link("restore"), this.isCompared), this.place(), this.parts);
+        panel.replaceChildren(element("div", { class: "title" }, element("h2", {}, texts.robot(id)), this.isCompared), this.facts, this.questions.element, this.fault, this.atFault,
+            element("div", { class: "acts" }, ...ACTIONS.map(act), link("block"), link("restore")), this.place(), this.parts);
         this.show();
     }
 
