@@ -1,4 +1,5 @@
-"""The compiled part of the module. `LiveSession` and `single_page` serve `bittybuzz.notebook`."""
+"""The compiled part of the module. `LiveSession` and `single_page` serve `bittybuzz.notebook`,
+`main` serves `python -m bittybuzz`."""
 
 from typing import final
 
@@ -38,6 +39,9 @@ class LiveSession:
 
     def simulation(self) -> Simulation:
         """Returns a copy of the run."""
+
+def main(program: list[str], arguments: list[str]) -> int:
+    """Runs the tool `bbz`, once per process. Returns its exit status."""
 
 def single_page() -> str:
     """Returns the page for a frame as HTML."""

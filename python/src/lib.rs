@@ -15,11 +15,11 @@
 //! 4. **NumPy on request**: it is imported when the first array is asked for.
 //!
 //! # Cost
-//! The library is one shared object for all versions of CPython from 3.10 on. The crate is no
-//! default member of the workspace, so that all others build without Python.
+//! The library is one shared object for all versions of CPython from 3.10 on, with the tool `bbz` and
+//! its page in it (`python -m bittybuzz`). The crate is no default member of the workspace, so that all others build without Python.
 //!
 //! # What it will not do
-//! Draw, run robots in emulators, write files other than recordings.
+//! Run robots in emulators other than by the tool, and write files other than recordings and pictures.
 
 mod arguments;
 mod arrays;
@@ -41,6 +41,7 @@ mod snapshot;
 mod state;
 mod stigmergy;
 mod toml_text;
+mod tool;
 
 use pyo3::prelude::*;
 
@@ -68,4 +69,6 @@ mod _bittybuzz {
     use crate::simulation::Simulation;
     #[pymodule_export]
     use crate::snapshot::Snapshot;
+    #[pymodule_export]
+    use crate::tool::main;
 }

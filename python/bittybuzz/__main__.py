@@ -1,0 +1,22 @@
+"""The tool `bbz` as `python -m bittybuzz`."""
+
+import os
+import signal
+import sys
+
+from ._bittybuzz import main
+
+
+def bbz() -> int:
+    """Runs the tool with the arguments of this process. Returns its exit status."""
+    return _run([os.path.basename(sys.argv[0])])
+
+
+def _run(program: list[str]) -> int:
+    # The tool finishes its files after Ctrl-C, or ends at once where there is nothing to finish.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return main(program, sys.argv[1:])
+
+
+if __name__ == "__main__":
+    sys.exit(_run([os.path.basename(sys.executable), "-m", "bittybuzz"]))
