@@ -61,7 +61,7 @@ impl Frames {
     }
 
     /// Takes a message of a frame. One that has not begun, for example because it belongs to an
-    /// earlier session, is told that the session is over.
+    /// earlier session, gets the answer that the session is over.
     pub fn receive(&mut self, view: u64, text: String) {
         if text == BEGIN {
             return self.begin(view);
@@ -112,7 +112,7 @@ impl Frames {
         });
     }
 
-    /// Sends a message to a frame. It is lost if nobody takes the messages any more.
+    /// Sends a message to a frame. It is lost after the receiver was dropped.
     fn answer(&self, view: u64, message: FrameMessage) {
         let _ = self.to_frames.send((view, message));
     }

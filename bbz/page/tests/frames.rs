@@ -1,5 +1,6 @@
 //! Pages in frames, whose windows pass messages on.
 
+use std::iter;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
@@ -23,6 +24,8 @@ struct Shown {
     messages: Receiver<(u64, FrameMessage)>,
     is_over: Arc<AtomicBool>,
     session: JoinHandle<()>,
+    /// Messages for other frames than the one whose message was awaited.
+    kept: Vec<(u64, FrameMessage)>,
 }
 
 impl Shown {
@@ -33,15 +36,35 @@ impl Shown {
         let session = thread::spawn(move || {
             page.show(&mut live(), || flag.load(Ordering::Relaxed), "").unwrap();
         });
-        Shown { frames, messages, is_over, session }
+        Shown { frames, messages, is_over, session, kept: Vec::new() }
     }
 
     fn send(&mut self, view: u64, text: &str) {
         self.frames.receive(view, text.to_owned());
     }
 
-    fn next(&self) -> (u64, FrameMessage) {
-        self.messages.recv_timeout(WAIT_MAX).unwrap()
+    /// Returns the next message for a frame. Messages for different frames have no order.
+    fn next(&mut self, view: u64) -> FrameMessage {
+        if let Some(place) = self.kept.iter().position(|(receiver, _)| *receiver == view) {
+            return self.kept.remove(place).1;
+        }
+        loop {
+            let (receiver, message) = self.messages.recv_timeout(WAIT_MAX).unwrap();
+            if receiver == view {
+                return message;
+            }
+            self.kept.push((receiver, message));
+        }
+    }
+
+    /// Returns the next message for a frame that is no batch.
+    fn answer(&mut self, view: u64) -> FrameMessage {
+        loop {
+            let message = self.next(view);
+            if !matches!(message, FrameMessage::Batch { .. }) {
+                return message;
+            }
+        }
     }
 
     /// Takes batches for a frame, and says so, until one has an event of that name. Returns the
@@ -49,10 +72,7 @@ impl Shown {
     fn event(&mut self, view: u64, name: &str) -> (Value, bool) {
         let mut had_sample = false;
         loop {
-            let (receiver, FrameMessage::Batch { events, sample }) = self.next() else {
-                panic!("no batch")
-            };
-            assert_eq!(receiver, view);
+            let FrameMessage::Batch { events, sample } = self.next(view) else { panic!("no batch") };
             had_sample |= sample.is_some();
             self.send(view, "taken");
             let events: Vec<Value> = serde_json::from_str(&events).unwrap();
@@ -80,16 +100,20 @@ fn a_frame_has_the_session() {
     shown.send(7, GO);
     while shown.event(7, "state").0["tick"] != 3 {}
     shown.send(7, "ping");
-    assert!(matches!(shown.next(), (7, FrameMessage::Alive)));
+    assert!(matches!(shown.answer(7), FrameMessage::Alive));
     shown.send(7, "nonsense");
     let (refused, _) = shown.event(7, "refused");
     assert!(refused["text"].as_str().unwrap().contains("makes no sense"), "{refused}");
     let (mut frames, messages) = shown.end();
-    assert!(matches!(messages.recv_timeout(WAIT_MAX).unwrap(), (7, FrameMessage::Ended)));
+    let ended = |messages: &Receiver<(u64, FrameMessage)>| {
+        let mut rest = iter::from_fn(|| messages.recv_timeout(WAIT_MAX).ok());
+        rest.any(|(_, message)| matches!(message, FrameMessage::Ended))
+    };
+    assert!(ended(&messages));
     // Whatever a frame sends to a session that is over, it is told so.
     for text in ["ping", "begin", GO] {
         frames.receive(7, text.to_owned());
-        assert!(matches!(messages.recv_timeout(WAIT_MAX).unwrap(), (7, FrameMessage::Ended)));
+        assert!(ended(&messages));
     }
 }
 
@@ -99,12 +123,12 @@ fn the_last_frame_has_the_session() {
     shown.send(1, "begin");
     shown.event(1, "begin");
     shown.send(2, "begin");
-    assert!(matches!(shown.next(), (1, FrameMessage::Elsewhere)));
+    assert!(matches!(shown.answer(1), FrameMessage::Elsewhere));
     shown.event(2, "begin");
     // A frame that waits cannot do that, but may take the session over.
     shown.send(1, GO);
     shown.send(1, "take over");
-    assert!(matches!(shown.next(), (2, FrameMessage::Elsewhere)));
+    assert!(matches!(shown.answer(2), FrameMessage::Elsewhere));
     let (begin, _) = shown.event(1, "begin");
     assert_eq!(begin["event"], "begin");
     shown.frames.close(1);
@@ -113,7 +137,7 @@ fn the_last_frame_has_the_session() {
     shown.frames.close(1);
     shown.frames.close(3);
     shown.send(3, "ping");
-    assert!(matches!(shown.next(), (3, FrameMessage::Ended)));
+    assert!(matches!(shown.answer(3), FrameMessage::Ended));
     shown.end();
 }
 
