@@ -81,7 +81,7 @@ fn comments_that_the_page_cannot_use_are_warnings() {
     for (comment, message, help) in [
         ("# led: red = waiting", "no meaning of an LED color", "`# led: 2 = in a group`"),
         ("# led.fr: deux = groupe", "no meaning of an LED color", "`# led: 2 = in a group`"),
-        ("# led.french: 2 = groupe", "no meaning of an LED color", "`# led.fr: …`"),
+        ("# led.french: 2 = ensemble", "no meaning of an LED color", "`# led.fr: …`"),
         ("# slider: N 1-5", "no slider of the page", "`# slider: NAME 1..50 step 1`"),
         ("# text.fr: Un script.", "does not show this text", "`# text.fr: Une horloge.`"),
         ("# try: It fails: fail = 0", "proposes no commands", "in the scenario"),

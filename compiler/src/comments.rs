@@ -32,6 +32,7 @@ pub struct CommentProblem {
 }
 
 impl CommentProblem {
+    /// Returns a mistake in a line, from 0.
     pub fn new(line: usize, message: impl Into<String>, help: impl Into<String>) -> Self {
         CommentProblem { line, message: message.into(), help: help.into() }
     }

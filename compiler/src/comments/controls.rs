@@ -19,6 +19,7 @@ pub struct Control {
     pub value: Option<f64>,
 }
 
+/// The numbers that a control sets.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ControlForm {
     /// Sets a number of a range.
