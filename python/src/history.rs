@@ -19,7 +19,7 @@ pub struct History {
     pub values: Vec<Vec<Vec<Option<f64>>>>,
 }
 
-/// What a run began with, and how it goes on.
+/// The beginning of a run and its commands, from which it can be repeated.
 pub struct Past {
     setup: Arc<Setup>,
     seed: u32,

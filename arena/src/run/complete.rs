@@ -41,7 +41,7 @@ pub fn complete(
 }
 
 /// Simulates a run as [`complete`] does, and calls `each` with it before its first tick and after
-/// each tick, so that the caller reads what the summary does not have.
+/// each tick, so that the caller can read more than the summary has.
 pub fn complete_observed(
     setup: &Arc<Setup>,
     seed: u32,
