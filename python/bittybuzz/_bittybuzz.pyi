@@ -18,6 +18,24 @@ from bittybuzz import (
     run as run,
 )
 
+__all__ = [
+    "Diagnostic",
+    "Expectation",
+    "LiveSession",
+    "LogLine",
+    "Picture",
+    "Recording",
+    "Scenario",
+    "Script",
+    "Simulation",
+    "Snapshot",
+    "check",
+    "compile",
+    "main",
+    "run",
+    "single_page",
+]
+
 @final
 class LiveSession:
     """A run that pages in frames of a notebook show and control."""

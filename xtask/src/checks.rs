@@ -81,7 +81,7 @@ pub enum Step {
     Wasm,
     /// The page of `bbz sim --view` and the playground in a browser
     Page,
-    /// The Python module: lints, its wheel in a Python of its own, tests, types, and the code of its guide
+    /// The Python module: its wheel in a Python of its own, tests, types, and the code of its guide
     Python,
     /// Samples of the long tests
     Soak,
@@ -249,7 +249,7 @@ fn document() -> Result<()> {
     // features of tests are among them only if examples are documented, too.
     let targets = ["doc", "--no-deps", "--lib", "--bins", "--examples"];
     let others = [&targets[..], &["--exclude", MACHINE], &all_but_emulators()].concat();
-    as_linted(strict(Invocation::cargo(&others)))?.run()?;
+    as_linted(strict(without_python(Invocation::cargo(&others))))?.run()?;
     let emulated = [&targets[..], &["--release"], &emulators()].concat();
     as_linted(strict(Invocation::cargo(&emulated)))?.run()?;
     // The tables of opcodes describe instructions with brackets that are no links.
@@ -263,11 +263,19 @@ fn document() -> Result<()> {
     Ok(())
 }
 
+/// The variables by which the Python module is checked without a Python, which is not installed yet.
+const NO_PYTHON: [(&str, &str); 2] =
+    [("PYO3_NO_PYTHON", "1"), ("PYO3_BUILD_EXTENSION_MODULE", "1")];
+
+fn without_python(line: Invocation) -> Invocation {
+    NO_PYTHON.iter().fold(line, |line, (name, value)| line.env(name, value))
+}
+
 /// The lints of a workspace, in the profile of its tests, which use the same build scripts and macros.
-pub const CLIPPY: [&str; 2] = ["clippy", "--all-targets"];
+const CLIPPY: [&str; 2] = ["clippy", "--all-targets"];
 
 /// Options of the lints that make every warning an error.
-pub const DENY: [&str; 3] = ["--", "-D", "warnings"];
+const DENY: [&str; 3] = ["--", "-D", "warnings"];
 
 /// Lets cargo use crates of the workspace as [`CLIPPY`] has checked them: clippy is a wrapper of the
 /// compiler, with its options in a variable. With another path or other options cargo checks these
@@ -311,7 +319,8 @@ fn lint_others() -> Result<()> {
 
 /// Lints what runs on this computer, but for the emulators.
 fn lint_host() -> Result<()> {
-    cargo(&[&CLIPPY[..], &all_but_emulators(), &DENY].concat())?;
+    let all = [&CLIPPY[..], &all_but_emulators(), &DENY].concat();
+    without_python(Invocation::cargo(&all)).run()?;
     soak::lint_fuzz_targets(&DENY)?;
     // Users build `bbz` alone, with fewer features of shared crates than all other builds have.
     cargo(&["check", "--package", "bbz"])

@@ -207,7 +207,7 @@ pub fn cflib() -> Result<PathBuf> {
 /// Installs a Python in a folder of its own with the packages that build the Python module and test
 /// it. Returns the path of that Python.
 pub fn module_tests() -> Result<PathBuf> {
-    python("python-module", MODULE_REQUIREMENTS, &["--require-hashes"])
+    python("python-module", MODULE_REQUIREMENTS, &[])
 }
 
 /// Installs a Python in a folder of its own with the Python module, the packages of the notebooks and

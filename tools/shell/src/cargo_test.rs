@@ -64,7 +64,7 @@ pub const PYTHON: &str = "bittybuzz-python";
 
 /// Returns the options that select all packages that share a build of their tests.
 pub fn shared_packages() -> Vec<&'static str> {
-    all_but_emulators().into_iter().chain(["--exclude", BOOK]).collect()
+    all_but_emulators().into_iter().chain(["--exclude", BOOK, "--exclude", PYTHON]).collect()
 }
 
 /// Returns the options that select [`EMULATORS`].
@@ -72,10 +72,9 @@ pub fn emulators() -> Vec<&'static str> {
     EMULATORS.map(|package| ["--package", package]).concat()
 }
 
-/// Returns the options that select all packages but [`EMULATORS`] and [`PYTHON`].
+/// Returns the options that select all packages but [`EMULATORS`].
 pub fn all_but_emulators() -> Vec<&'static str> {
-    let emulators = EMULATORS.map(|package| ["--exclude", package]);
-    [&["--workspace", "--exclude", PYTHON], emulators.as_flattened()].concat()
+    [&["--workspace"], EMULATORS.map(|package| ["--exclude", package]).as_flattened()].concat()
 }
 
 /// Returns the tests of all packages that share a build, with options for cargo and arguments for
