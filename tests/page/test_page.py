@@ -419,7 +419,7 @@ def test_log_lines_faults_and_expectations_are_listed(page):
 
 def test_the_keyboard_is_enough(page):
     controls = ["start", "back", "play", "step", "rate", "save", "keys"]
-    display = ["color", "add-curve", "messages", "trails", "show-labels", "stop-on-error", "follow", "fit-robots", "picture", "drawing", "build-mode", "canvas"]
+    display = ["color", "add-curve", "messages", "trails", "show-labels", "stop-on-error", "follow", "build-mode", "canvas", "fit-robots", "picture", "drawing"]
     parts = [page.locator(f"#{part}") for part in [*controls, *display, "tab-about", "about"]]
     # Each curve has a scale, a table, and an end.
     curves = page.locator(".curve :is(select, button)")
