@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
-use bbz::Launch;
+use bbz_tool::Launch;
 
 fn main() -> ExitCode {
-    bbz::main(Launch::of_program()).into()
+    bbz_tool::main(Launch::of_program()).into()
 }

@@ -7,7 +7,7 @@ use std::os::unix::process::CommandExt;
 use std::process::{self, Command, Stdio};
 use std::sync::Arc;
 
-use bbz::Launch;
+use bbz_tool::Launch;
 use signal_hook::consts::SIGINT;
 
 use crate::emulated;
@@ -48,9 +48,9 @@ fn carry(arguments: &str) -> ! {
         arguments: arguments.lines().map(Into::into).collect(),
         emulators: Some(env::current_dir().unwrap().join("programs")),
     };
-    let mut status = bbz::main(launch.clone());
+    let mut status = bbz_tool::main(launch.clone());
     if env::var_os(TWICE).is_some() {
-        status = bbz::main(launch);
+        status = bbz_tool::main(launch);
     }
     process::exit(status.into());
 }

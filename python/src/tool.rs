@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 
-use bbz::Launch;
+use bbz_tool::Launch;
 use pyo3::prelude::*;
 
 /// Runs the tool `bbz` with these arguments, once per process. Returns its exit status.
@@ -12,5 +12,5 @@ use pyo3::prelude::*;
 #[pyfunction]
 pub fn main(py: Python<'_>, program: Vec<OsString>, arguments: Vec<OsString>) -> u8 {
     // Robots' emulators are separate programs, which PATH has.
-    py.detach(|| bbz::main(Launch { program, arguments, emulators: None }))
+    py.detach(|| bbz_tool::main(Launch { program, arguments, emulators: None }))
 }

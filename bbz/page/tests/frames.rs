@@ -72,7 +72,9 @@ impl Shown {
     fn event(&mut self, view: u64, name: &str) -> (Value, bool) {
         let mut had_sample = false;
         loop {
-            let FrameMessage::Batch { events, sample } = self.next(view) else { panic!("no batch") };
+            let FrameMessage::Batch { events, sample } = self.next(view) else {
+                panic!("no batch")
+            };
             had_sample |= sample.is_some();
             self.send(view, "taken");
             let events: Vec<Value> = serde_json::from_str(&events).unwrap();
