@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 /// The module of bbz whose tests read inputs of many shapes, see its documentation.
 const TESTS: &str = "proportion::";
 /// The names of its functions, see [`host::count`].
-const FUNCTIONS: [&str; 2] = ["bbz::proportion::counted", "bbz::proportion::write_counts"];
+const FUNCTIONS: [&str; 2] =
+    ["bbz_tool::proportion::counted", "bbz_tool::proportion::write_counts"];
 /// The variable with which the tests count.
 const COUNTED: &str = "BITTYBUZZ_COUNTED";
 /// The first word of a line about a count, before the length of the input and its shape.
@@ -90,11 +91,11 @@ fn measure(program: &Path, folder: &Path) -> Result<Vec<Work>> {
 /// Builds the tests of bbz, and returns their program.
 fn test_program() -> Result<PathBuf> {
     let options = ["--no-run", "--message-format", "json-render-diagnostics"];
-    let arguments = [&["test", "--package", "bbz", "--bin", "bbz"], &options[..]].concat();
+    let arguments = [&["test", "--package", "bbz", "--lib"], &options[..]].concat();
     let messages = Invocation::cargo(&arguments).unannounced().shown_errors()?;
     let executable = |line: &str| {
         let message: Value = serde_json::from_str(line).ok()?;
-        let is_test = message["target"]["name"] == "bbz" && message["profile"]["test"] == true;
+        let is_test = message["target"]["name"] == "bbz_tool" && message["profile"]["test"] == true;
         is_test.then(|| message["executable"].as_str().map(PathBuf::from)).flatten()
     };
     let what = "cargo names no test program of bbz".to_owned();
