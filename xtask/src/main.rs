@@ -145,6 +145,7 @@ mod tests {
             "book",
             "package",
             "package tools",
+            "package wheel --target aarch64-unknown-linux-gnu",
             "package tools --target x86_64-pc-windows-gnu",
             "release --notes",
             "vendor",

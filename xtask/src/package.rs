@@ -1,13 +1,13 @@
-//! Packs the archives of a release: the tools for this computer or for others, the robots' firmware,
-//! and the site.
+//! Packs the files of a release: the tools and the Python module for this computer or for others, the
+//! robots' firmware, and the site.
 
 use crate::{book, site};
 use anyhow::{Context, Result, bail};
 use bittybuzz_builds::board::BOARDS;
 use bittybuzz_builds::copy::files;
 use bittybuzz_builds::programs::{self, PLATFORMS, Platform};
-use bittybuzz_builds::setup;
 use bittybuzz_builds::shell::{Invocation, root, target};
+use bittybuzz_builds::{python_module, setup};
 use clap::ValueEnum;
 use fs_err as fs;
 use sha2::{Digest, Sha256};
@@ -42,29 +42,52 @@ const TEXTS: [&str; 10] = [
 pub enum ReleasePart {
     /// `bbz` and the emulator of Zooids, examples, manual pages and completions
     Tools,
+    /// The Python module, with `bbz` in it, as a wheel for pip
+    Wheel,
     /// The images of all robots, with the scripts of their own folders
     Firmware,
     /// The playground and the book as static files
     Site,
 }
 
-/// Returns the targets for which this computer packs tools.
+/// Returns the targets for which this computer packs tools and wheels.
 pub fn targets() -> [&'static str; PLATFORMS.len()] {
     PLATFORMS.map(|platform| platform.target)
 }
 
-/// Packs one part, or all of them, and prints the archives with their checksums. The tools are for
+/// Packs one part, or all of them, and prints the files with their checksums. Tools and wheel are for
 /// this computer, or for the target.
 pub fn run(part: Option<ReleasePart>, target: Option<&str>) -> Result<()> {
-    if target.is_some() && part != Some(ReleasePart::Tools) {
-        bail!("`--target` is for `cargo xtask package tools`: the other parts have no target");
+    let has_target = matches!(part, Some(ReleasePart::Tools | ReleasePart::Wheel));
+    if target.is_some() && !has_target {
+        bail!(
+            "`--target` is for `cargo xtask package tools` and `package wheel`: the other parts have no target"
+        );
     }
     let platform = target.and_then(Platform::find);
     for part in part.as_ref().map_or(ReleasePart::value_variants(), std::slice::from_ref) {
-        let archive = pack(*part, platform)?;
-        println!("{}\n{}", archive.display(), checksum(&archive)?);
+        let file = match part {
+            ReleasePart::Tools => pack(&target_name(platform)?, |folder| tools(folder, platform))?,
+            ReleasePart::Wheel => wheel(platform)?,
+            ReleasePart::Firmware => pack("firmware", firmware)?,
+            ReleasePart::Site => pack("site", site)?,
+        };
+        let sum = checksum(&file)?;
+        let name = file.file_name().context("a file without a name")?.to_string_lossy();
+        fs::write(file.with_file_name(format!("{name}.sha256")), format!("{sum}  {name}\n"))?;
+        println!("{}\n{sum}", file.display());
     }
     Ok(())
+}
+
+/// Builds the wheel, and copies it to the archives. Returns the path of the copy.
+fn wheel(platform: Option<&'static Platform>) -> Result<PathBuf> {
+    let wheel = python_module::release(platform)?;
+    let packages = target()?.join(PACKAGES);
+    fs::create_dir_all(&packages)?;
+    let copy = packages.join(wheel.file_name().context("a wheel without a name")?);
+    fs::copy(wheel, &copy)?;
+    Ok(copy)
 }
 
 /// Returns the version of all packages.
@@ -72,14 +95,8 @@ pub const fn version() -> &'static str {
     env!("CARGO_PKG_VERSION")
 }
 
-fn pack(part: ReleasePart, platform: Option<&'static Platform>) -> Result<PathBuf> {
-    let kind = match part {
-        ReleasePart::Tools => {
-            platform.map_or_else(host, |platform| Ok(platform.target.to_owned()))?
-        }
-        ReleasePart::Firmware => "firmware".to_owned(),
-        ReleasePart::Site => "site".to_owned(),
-    };
+/// Packs the files that `fill` writes to a folder. Returns the path of the archive.
+fn pack(kind: &str, fill: impl FnOnce(&Path) -> Result<()>) -> Result<PathBuf> {
     let name = format!("bittybuzz-{}-{kind}", version());
     let packages = target()?.join(PACKAGES);
     let folder = packages.join(&name);
@@ -87,27 +104,20 @@ fn pack(part: ReleasePart, platform: Option<&'static Platform>) -> Result<PathBu
         fs::remove_dir_all(&folder)?;
     }
     fs::create_dir_all(&folder)?;
-    match part {
-        ReleasePart::Tools => tools(&folder, platform)?,
-        ReleasePart::Firmware => firmware(&folder)?,
-        ReleasePart::Site => {
-            let site = site::build()?;
-            copy_all(&site, &folder)?;
-            fs::copy(site.with_file_name(site::ZIP), folder.join(site::ZIP))?;
-            book::build(&folder.join("book"))?;
-        }
-    }
+    fill(&folder)?;
     // The `tar` of Linux, macOS and Windows supports these options.
     let archive = packages.join(format!("{name}.tar.gz"));
     let [from, to] = [packages.display(), archive.display()].map(|path| path.to_string());
     Invocation::new("tar", &["-czf", &to, "-C", &from, &name]).run()?;
-    let sum = format!("{}  {name}.tar.gz\n", checksum(&archive)?);
-    fs::write(packages.join(format!("{name}.tar.gz.sha256")), sum)?;
     Ok(archive)
 }
 
-/// Returns the target for which rustc builds by default, such as `x86_64-unknown-linux-gnu`.
-fn host() -> Result<String> {
+/// Returns the target of a platform, or that for which rustc builds by default, such as
+/// `x86_64-unknown-linux-gnu`.
+fn target_name(platform: Option<&Platform>) -> Result<String> {
+    if let Some(platform) = platform {
+        return Ok(platform.target.to_owned());
+    }
     let output = Invocation::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
     Ok(String::from_utf8(output.stdout)?.trim().to_owned())
 }
@@ -162,6 +172,13 @@ fn firmware(folder: &Path) -> Result<()> {
         }
     }
     copy_files(folder, is_text)
+}
+
+fn site(folder: &Path) -> Result<()> {
+    let site = site::build()?;
+    copy_all(&site, folder)?;
+    fs::copy(site.with_file_name(site::ZIP), folder.join(site::ZIP))?;
+    book::build(&folder.join("book"))
 }
 
 fn copy_all(from: &Path, to: &Path) -> Result<()> {

@@ -1,7 +1,7 @@
 //! Releases a version: runs the checks that people forget, and creates the tag.
 //!
-//! The tag starts `.github/workflows/release.yml`, which runs CI, packs the tools for Linux, macOS and Windows with
-//! `cargo xtask package`, starts each archive on its own system, and publishes them with firmware, site, checksums,
+//! The tag starts `.github/workflows/release.yml`, which runs CI, packs the tools and the Python module for Linux, macOS and Windows
+//! with `cargo xtask package`, starts both on each system, and publishes them with firmware, site, checksums,
 //! attestations of their origin, and the section of CHANGELOG.md.
 
 use crate::package::version;

@@ -169,10 +169,13 @@ fn a_release_waits_until_its_archives_have_started() {
     let release = &workflows["release.yml"];
     let jobs = &release["jobs"];
     let before = waits_for(release, &jobs["publish"]);
-    let needed = ["tools", "tools-of-macos", "start", "tutorial"];
+    let needed = ["programs", "programs-of-macos", "start", "tutorial"];
     assert!(needed.into_iter().all(|name| before.contains(name)), "{before:?}");
+    for packing in ["programs", "programs-of-macos"] {
+        assert_eq!(matrix(&jobs[packing], "part"), BTreeSet::from(["tools", "wheel"]), "{packing}");
+    }
     let packed: BTreeSet<&str> = PLATFORMS.iter().map(|platform| platform.target).collect();
-    assert_eq!(matrix(&jobs["tools"], "target"), packed);
+    assert_eq!(matrix(&jobs["programs"], "target"), packed);
     let others = BTreeSet::from(["aarch64-apple-darwin"]);
     assert_eq!(matrix(&jobs["start"], "target"), &packed | &others);
     let systems = matrix(&jobs["tutorial"], "os");

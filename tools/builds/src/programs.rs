@@ -14,13 +14,16 @@ use object::read::elf::FileHeader;
 use std::path::{Path, PathBuf};
 
 /// The cargo profile of programs that are downloaded, without debug information.
-const PROFILE: &str = "dist";
+pub const PROFILE: &str = "dist";
 
 /// Packages of programs that link no libraries but those of the system.
 const PACKAGES: [&str; 2] = ["bbz", "bittybuzz-emulate-m0"];
 
 /// The version of glibc that programs for Linux need: that of manylinux2014, of 2012.
 const GLIBC: (u32, u32) = (2, 17);
+
+/// The same version as the name of a standard for wheels (PEP 600).
+const MANYLINUX: &str = "manylinux_2_17";
 
 /// Wine for 64-bit programs. The script `wine` prints that Wine for 32 bits is not installed.
 pub const WINE: &str = "/usr/lib/wine/wine64";
@@ -91,17 +94,36 @@ impl Platform {
 
     /// Returns cargo's build for the platform with these arguments.
     fn cargo(&self, arguments: &[&str]) -> Result<Invocation> {
+        self.install()?;
         if !self.has_glibc {
-            setup::mingw()?;
             let arguments = [&["build", "--target", self.target], arguments].concat();
             return Ok(Invocation::cargo(&arguments));
         }
-        let zigbuild = setup::zigbuild()?;
+        let python = setup::packers()?;
         let target = format!("{}.{}.{}", self.target, GLIBC.0, GLIBC.1);
         let arguments = [&["zigbuild", "--locked", "--target", &target], arguments].concat();
-        let python = zigbuild.with_file_name("python3").display().to_string();
-        Ok(Invocation::named("cargo-zigbuild", &zigbuild, &arguments)
-            .env("CARGO_ZIGBUILD_PYTHON_PATH", &python))
+        let zigbuild = python.with_file_name("cargo-zigbuild");
+        Ok(self.with_linker(Invocation::named("cargo-zigbuild", &zigbuild, &arguments), &python))
+    }
+
+    /// Installs the compiler's library and the linker for the platform, but not that of zig.
+    fn install(&self) -> Result<()> {
+        setup::rust_target(self.target)?;
+        if self.has_glibc { Ok(()) } else { setup::mingw() }
+    }
+
+    /// Adds the variable by which cargo-zigbuild and maturin find the zig of a Python.
+    pub(crate) fn with_linker(&self, line: Invocation, python: &Path) -> Invocation {
+        line.env("CARGO_ZIGBUILD_PYTHON_PATH", &python.display().to_string())
+    }
+
+    /// Installs the compiler's library and the linker, and returns the options of maturin for a wheel of
+    /// the platform. maturin refuses a wheel for Linux that needs a newer glibc than [`GLIBC`].
+    pub(crate) fn wheel_options(&self) -> Result<Vec<&'static str>> {
+        self.install()?;
+        let glibc: &[&str] =
+            if self.has_glibc { &["--zig", "--compatibility", MANYLINUX] } else { &[] };
+        Ok([&["--target", self.target], glibc].concat())
     }
 }
 
@@ -114,7 +136,6 @@ fn build(packages: &[&str], platform: Option<&Platform>) -> Result<Vec<PathBuf>>
             target()?.join(PROFILE)
         }
         Some(platform) => {
-            setup::rust_target(platform.target)?;
             platform.cargo(&arguments)?.run()?;
             target()?.join(platform.target).join(PROFILE)
         }
@@ -174,6 +195,11 @@ mod tests {
     #[test]
     fn programs_have_the_names_of_their_packages() {
         assert_eq!(PACKAGES.map(program), ["bbz", "bbz-emulate-m0"]);
+    }
+
+    #[test]
+    fn wheels_need_the_glibc_of_the_programs() {
+        assert_eq!(MANYLINUX, format!("manylinux_{}_{}", GLIBC.0, GLIBC.1));
     }
 
     #[test]

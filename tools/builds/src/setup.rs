@@ -81,8 +81,8 @@ const ARM_PACKAGES: &[(Sign, &str)] = &[
     (Sign::File("/usr/aarch64-linux-gnu/lib/libgcc_s.so.1"), "libgcc-s1-arm64-cross"),
 ];
 
-/// The list of Python packages that link programs for older systems.
-const ZIG_REQUIREMENTS: &str = "tools/builds/requirements.txt";
+/// The list of Python packages that link programs for older systems, and pack wheels.
+const PACKER_REQUIREMENTS: &str = "tools/builds/requirements.txt";
 
 /// The list of Python packages for tests of web pages.
 const BROWSER_REQUIREMENTS: &str = "tests/page/requirements.txt";
@@ -192,10 +192,10 @@ pub fn qemu_user() -> Result<()> {
     install(&missing(ARM_PACKAGES, is_there))
 }
 
-/// Installs cargo-zigbuild, with zig, next to a Python in a folder of its own. Returns its path.
-pub fn zigbuild() -> Result<PathBuf> {
-    let python = python("zigbuild", ZIG_REQUIREMENTS, &[])?;
-    Ok(python.with_file_name("cargo-zigbuild"))
+/// Installs a Python in a folder of its own with cargo-zigbuild, zig and maturin. Returns the path of
+/// that Python.
+pub fn packers() -> Result<PathBuf> {
+    python("packers", PACKER_REQUIREMENTS, &[])
 }
 
 /// Installs a Python in a folder of its own with cflib, Bitcraze's library for ground stations. Returns the path of that Python.
