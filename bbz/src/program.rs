@@ -2,7 +2,6 @@
 //! file.
 
 use std::borrow::Cow;
-use std::env;
 use std::fs;
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -21,9 +20,10 @@ use bittybuzz_compiler::refusal;
 use bittybuzz_compiler::source::SourceMap;
 use bittybuzz_compiler::symbols::{Symbols, SymbolsError};
 use bittybuzz_fault::{KnownProgram, SourceTexts};
+use bittybuzz_live::environment_folders;
 use bittybuzz_robot_spec::NumberProfile;
 use bittybuzz_toml_reader::file::{self, ReadError};
-use bittybuzz_vm_core::{Image, ImageError, builtin};
+use bittybuzz_vm_core::{Image, ImageError};
 
 use crate::file_error::FileError;
 use crate::problem::Problem;
@@ -95,9 +95,6 @@ impl Problem for RefusedImage {
         refusal::help(&self.cause)
     }
 }
-
-/// The environment variable with folders to search for included files.
-const INCLUDE_PATH: &str = "BUZZ_INCLUDE_PATH";
 
 /// The beginning of the paths of the shipped library.
 const LIBRARY_FOLDER: &str = "<library>/";
@@ -259,14 +256,6 @@ impl LoadedProgram {
         Ok(LoadedProgram { image, profile, symbols, sources: None, messages: Vec::new() })
     }
 
-    /// Returns the text of a constant string, if it is known.
-    pub fn string(&self, number: u16) -> Option<&str> {
-        match &self.symbols {
-            Some(symbols) => symbols.string(number),
-            None => builtin::STRINGS.get(usize::from(number)).copied(),
-        }
-    }
-
     /// Returns the program for reports about its faults.
     pub fn known(&self) -> KnownProgram<'_> {
         let LoadedProgram { image, profile, symbols, .. } = self;
@@ -353,17 +342,10 @@ fn parsed_from_input(name: &Path, include: &[PathBuf]) -> Parsed {
 pub fn loader<'a>(files: &'a dyn Files, include: &[PathBuf]) -> IncludeLoader<'a> {
     IncludeLoader {
         folders: include.to_vec(),
-        environment: folders_of_environment(),
+        environment: environment_folders(),
         library: bittybuzz_library::FILES,
         ..IncludeLoader::new(files)
     }
-}
-
-/// Returns the folders of the environment in which included files are searched.
-pub fn folders_of_environment() -> Vec<PathBuf> {
-    let environment = env::var_os(INCLUDE_PATH).unwrap_or_default();
-    let is_named = |folder: &PathBuf| !folder.as_os_str().is_empty();
-    env::split_paths(&environment).filter(is_named).collect()
 }
 
 /// Returns a loader as [`loader`] does, which also searches the files of the scenario.

@@ -80,7 +80,7 @@ impl Piece {
 
 /// Returns a stand-in for a constant string whose text is not known.
 #[must_use]
-pub fn unknown_string(number: u16) -> Vec<u8> {
+pub(super) fn unknown_string(number: u16) -> Vec<u8> {
     format!("[string {number}]").into_bytes()
 }
 

@@ -12,11 +12,11 @@ use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::include::{Files, MemoryFiles, SOURCE_BYTES_MAX};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
-use bittybuzz_live::{ScenarioFiles, Workshop, program_or_report};
+use bittybuzz_live::{ScenarioFiles, Workshop, environment_folders, program_or_report};
 use bittybuzz_toml_reader::file;
 
 use crate::fence::Fence;
-use crate::program::{self, LoadedProgram};
+use crate::program::LoadedProgram;
 use crate::selection::RobotChoice;
 use crate::whole_file;
 
@@ -59,7 +59,7 @@ impl Desk {
     #[cfg(feature = "view")]
     pub fn for_page(opened: &Opened, include: &[PathBuf], is_read_only: bool) -> Self {
         let mut desk = Desk::for_scripts_of_others(&opened.path, include);
-        let environment = program::folders_of_environment();
+        let environment = environment_folders();
         let inputs = opened.inputs();
         desk.fence = desk
             .fence
@@ -137,7 +137,7 @@ impl Workshop for Desk {
 
     fn compile(&self, script: &Path, text: &str, group: &Group) -> Compiled {
         let files = ScenarioFiles::new(self.fence.clone());
-        let files = files.with_folders(self.include.clone(), program::folders_of_environment());
+        let files = files.with_folders(self.include.clone(), environment_folders());
         files.compile(script, text, group)
     }
 
@@ -175,7 +175,7 @@ impl Workshop for Desk {
 
     fn include_folders(&self) -> Vec<PathBuf> {
         let mut folders = self.include.clone();
-        folders.extend(program::folders_of_environment());
+        folders.extend(environment_folders());
         folders
     }
 }
