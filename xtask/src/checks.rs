@@ -31,12 +31,12 @@ const SEEDS: &str = "0..100";
 /// Runs the tests on this computer, and those of the robots' firmware on the faster emulated
 /// processor, but for the longest.
 pub fn test() -> Result<()> {
-    setup::run()?;
     println!(
-        "The tests follow: {MINUTES} minutes on two cores the first time, with all that is built."
+        "The tests take {MINUTES} minutes on two cores the first time, with all that is built."
     );
     let settings = [("BITTYBUZZ_SEEDS", SEEDS), (FIGURES, CHECK)];
-    test_programs::run(&shared_packages(), &SKIP_SLOW, &settings, build_images)?;
+    let packages = shared_packages();
+    test_programs::run(&packages, &SKIP_SLOW, &settings, setup::run, build_images)?;
     let skipped = SKIP_SLOW.iter().filter(|word| **word != "--skip");
     let skipped: Vec<&str> = skipped.copied().collect();
     println!("left out: {}, which `cargo xtask ci tests` runs", skipped.join(", "));
@@ -207,7 +207,7 @@ fn all_other_tests(module: Option<&Path>) -> Result<()> {
         let cflib = setup::cflib()?.display().to_string();
         Ok([build_images()?, vec![("BITTYBUZZ_CFLIB", cflib)]].concat())
     };
-    test_programs::run(&shared_packages(), &[], &settings, variables)
+    test_programs::run(&shared_packages(), &[], &settings, || Ok(()), variables)
 }
 
 /// Builds the module of the playground and compares its runs in node with native ones.

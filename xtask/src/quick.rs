@@ -75,7 +75,7 @@ pub fn run(arguments: &QuickArguments) -> Result<()> {
     // Compiled with the packages that share a build, as this program is, so that both use the same crates.
     let bbz = cargo_test::bbz()?.display().to_string();
     if !tested.is_empty() {
-        test_programs::run(&named, &[], &[(BBZ, bbz.as_str())], || Ok(Vec::new()))?;
+        test_programs::run(&named, &[], &[(BBZ, bbz.as_str())], || Ok(()), || Ok(Vec::new()))?;
     }
     if !tested.contains(CONFORMANCE) {
         all_tests(&["--test", "tests"], &["conformance::", "language::"]).env(BBZ, &bbz).run()?;

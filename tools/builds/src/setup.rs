@@ -2,7 +2,7 @@
 //! rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
-use crate::programs::WINE;
+use crate::programs::{PROFILE, WINE};
 use crate::python_module;
 use crate::shell::{Invocation, at_once, is_installed, root, target};
 use anyhow::{Context, Result, bail};
@@ -215,7 +215,7 @@ pub fn module_tests() -> Result<PathBuf> {
 pub fn notebooks() -> Result<PathBuf> {
     browser()?;
     let python = python("notebooks", NOTEBOOK_REQUIREMENTS, &[])?;
-    python_module::install(&python, &["--release"])?;
+    python_module::install(&python, &["--profile", PROFILE])?;
     Ok(python)
 }
 

@@ -11,7 +11,7 @@ use serde_json::Value;
 use std::cmp::Reverse;
 use std::panic::resume_unwind;
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, OnceLock};
+use std::sync::{Mutex, MutexGuard, OnceLock, mpsc};
 use std::thread;
 use std::time::Instant;
 
@@ -70,17 +70,24 @@ pub fn compile(packages: &[&str]) -> Result<()> {
 /// documentation, and prints the number of tests. A failed program does not stop the others.
 ///
 /// `packages` are the options of cargo that select packages, `chosen` the arguments for each test
-/// program, and `settings` variables of their environment. `images` builds the robots' images and
-/// returns the variables that name them. An image keeps only one processor busy, so they are built
-/// while tests are compiled and while programs run that need none.
+/// program, and `settings` variables of their environment. `prepare` installs what programs and images
+/// need; tests are compiled meanwhile. `images` builds the robots' images and returns the variables
+/// that name them. An image keeps only one processor busy, so they are built while tests are compiled
+/// and while programs run that need none.
 pub fn run(
     packages: &[&str],
     chosen: &[&str],
     settings: &[(&'static str, &str)],
+    prepare: impl FnOnce() -> Result<()> + Send,
     images: impl FnOnce() -> Result<Variables> + Send,
 ) -> Result<()> {
     thread::scope(|scope| {
-        let images = scope.spawn(images);
+        let (preparing, prepared) = mpsc::channel::<()>();
+        let images = scope.spawn(move || {
+            let result = prepare();
+            drop(preparing);
+            result.and_then(|()| images())
+        });
         let messages = cargo_test(&[packages, &COMPILE].concat()).shown_errors()?;
         let Built { programs, bbz, has_documented_library } = read_messages(&messages)?;
         let settings = settings.iter().map(|(name, value)| (*name, (*value).to_owned()));
@@ -92,6 +99,7 @@ pub fn run(
         };
         let count = programs.len();
         lock(&runner.run).waiting = in_order(programs);
+        prepared.recv().expect_err("nothing is sent: the sender is dropped when all is prepared");
         runner.run_all(|| images.join().unwrap_or_else(|panic| resume_unwind(panic)))?;
         let run = lock(&runner.run);
         println!("{} in {count} test programs", run.counts.text());
