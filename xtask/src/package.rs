@@ -132,7 +132,7 @@ fn tools(folder: &Path, platform: Option<&'static Platform>) -> Result<()> {
     fs::create_dir_all(&man)?;
     fs::create_dir_all(&completions)?;
     // This computer may not run the packed program; its own one writes the same texts.
-    let bbz = programs::build_native_bbz()?;
+    let bbz = programs::build_own_bbz()?;
     Invocation::named("bbz", &bbz, &["manual", &man.display().to_string()]).run()?;
     for shell in ["bash", "fish", "powershell", "zsh"] {
         let output = Invocation::named("bbz", &bbz, &["completions", shell]).output(0)?;

@@ -8,8 +8,7 @@ use bittybuzz_builds::{cargo_test, python_module, setup};
 /// code of its guide, and the checks of its types there.
 pub fn check() -> Result<()> {
     let python = setup::module_tests()?;
-    // In the profile of the tests.
-    python_module::install(&python, &[])?;
+    python_module::install(&python, &python_module::tested(&python)?)?;
     let run = |arguments: &[&str]| Invocation::named("python3", &python, arguments);
     // The tests compare with a `bbz` of the same profile.
     let bbz = cargo_test::bbz()?.display().to_string();

@@ -5,7 +5,7 @@
 
 use crate::Verdict;
 use anyhow::{Context, Result, ensure};
-use bittybuzz_builds::programs::{LINUX_ARM, Platform, WINDOWS, WINE, build_native_bbz};
+use bittybuzz_builds::programs::{LINUX_ARM, Platform, WINDOWS, WINE, build_own_bbz};
 use bittybuzz_builds::setup;
 use bittybuzz_builds::shell::{Invocation, root, target};
 use fs_err as fs;
@@ -129,7 +129,7 @@ impl Foreign {
 
     fn compare(&self, item: &str) -> Result<Verdict> {
         let foreign = self.platform.build_bbz()?;
-        let native = build_native_bbz()?;
+        let native = build_own_bbz()?;
         match item {
             CHECK => self.compare_messages(&foreign, &native),
             PAGE => self.fetch_page(&foreign),

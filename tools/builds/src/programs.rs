@@ -11,6 +11,7 @@ use fs_err as fs;
 use object::Endianness;
 use object::elf::FileHeader64;
 use object::read::elf::FileHeader;
+use std::env::consts;
 use std::path::{Path, PathBuf};
 
 /// The cargo profile of programs that are downloaded, without debug information.
@@ -65,15 +66,23 @@ pub fn build_native() -> Result<Vec<PathBuf>> {
     build(&PACKAGES, None)
 }
 
-/// Builds `bbz` for this computer as it is, and returns its path.
-pub fn build_native_bbz() -> Result<PathBuf> {
-    build(&PACKAGES[..1], None)?.pop().context("a build has a program")
+/// Builds `bbz` for this computer, as it is downloaded where this computer can link it so. Returns its
+/// path.
+pub fn build_own_bbz() -> Result<PathBuf> {
+    let platform = Platform::of_this_computer();
+    build(&PACKAGES[..1], platform)?.pop().context("a build has a program")
 }
 
 impl Platform {
     /// Returns the platform with a target name.
     pub fn find(target: &str) -> Option<&'static Platform> {
         PLATFORMS.into_iter().find(|platform| platform.target == target)
+    }
+
+    /// Returns the platform that this computer has itself; `None` if it is none of them.
+    pub fn of_this_computer() -> Option<&'static Platform> {
+        let target = format!("{}-unknown-{}-gnu", consts::ARCH, consts::OS);
+        Platform::find(&target)
     }
 
     /// Installs the linker, builds the programs, and returns their paths.
@@ -140,7 +149,7 @@ fn build(packages: &[&str], platform: Option<&Platform>) -> Result<Vec<PathBuf>>
             target()?.join(platform.target).join(PROFILE)
         }
     };
-    let suffix = platform.map_or(std::env::consts::EXE_SUFFIX, |platform| platform.suffix);
+    let suffix = platform.map_or(consts::EXE_SUFFIX, |platform| platform.suffix);
     let programs: Vec<PathBuf> =
         packages.iter().map(|package| folder.join(program(package) + suffix)).collect();
     if platform.is_some_and(|platform| platform.has_glibc) {

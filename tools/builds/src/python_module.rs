@@ -7,16 +7,19 @@ use anyhow::{Context, Result};
 use fs_err as fs;
 use std::path::{Path, PathBuf};
 
-/// Builds the wheel with the `maturin` of a Python, and installs it there. `profile` has options of
-/// cargo's profile; there are none for that of the tests.
-pub fn install(python: &Path, profile: &[&str]) -> Result<()> {
+/// Installs a wheel of the module into a Python.
+pub fn install(python: &Path, wheel: &Path) -> Result<()> {
     // A wheel has the version of the module, so that pip takes an installed one for the same.
     let arguments =
         ["-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--force-reinstall"];
-    let interpreter = python.display().to_string();
-    let options = [&["--interpreter", &interpreter], profile].concat();
-    let wheel = wheel(|arguments| maturin(python, arguments), &options)?.display().to_string();
+    let wheel = wheel.display().to_string();
     Invocation::named("pip", python, &[&arguments[..], &[&wheel]].concat()).run()
+}
+
+/// Builds the wheel for tests, in their profile, with the `maturin` of a Python. Returns its path.
+pub fn tested(python: &Path) -> Result<PathBuf> {
+    let interpreter = python.display().to_string();
+    wheel(|arguments| maturin(python, arguments), &["--interpreter", &interpreter])
 }
 
 /// Builds the wheel that is downloaded, for a platform or for this computer. Returns its path.

@@ -2,7 +2,7 @@
 //! rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
-use crate::programs::{PROFILE, WINE};
+use crate::programs::{Platform, WINE};
 use crate::python_module;
 use crate::shell::{Invocation, at_once, is_installed, root, target};
 use anyhow::{Context, Result, bail};
@@ -215,7 +215,9 @@ pub fn module_tests() -> Result<PathBuf> {
 pub fn notebooks() -> Result<PathBuf> {
     browser()?;
     let python = python("notebooks", NOTEBOOK_REQUIREMENTS, &[])?;
-    python_module::install(&python, &["--profile", PROFILE])?;
+    // As it is downloaded, where this computer can link it so.
+    let wheel = python_module::release(Platform::of_this_computer())?;
+    python_module::install(&python, &wheel)?;
     Ok(python)
 }
 
