@@ -10,6 +10,10 @@
 //! the case study of Kilobots, ALIFE 2023). Both are curvatures: the angle grows with the distance,
 //! not with the time. The noise is an Ornstein-Uhlenbeck process with one step per tick, so that it
 //! does not depend on the length of substeps.
+//!
+//! A turn is as noisy as its motor. ARGoS and the authors of that paper draw noise for each motor,
+//! so the noise of a robot that drives straight is the difference of two equal ones, and a single
+//! motor has 1 / sqrt(2) of its deviation. The bias of a turn is the gain of its motor.
 
 use bittybuzz_arena::engine::{
     Bodies, Body, BodyBlock, BodyModel, BodySize, Infrared, LinkSettings, Loss, Medium, Pose,
@@ -44,8 +48,10 @@ pub struct KilobotModel {
     pub straight_duty: u8,
     /// Duty of a motor that calibration found for turning.
     pub turn_duty: u8,
-    /// Duty at which a motor begins to move the robot; above it the effect is linear.
+    /// Duty up to which a motor does not move the robot; above it the effect is linear.
     pub dead_duty: u8,
+    /// Duty above which a motor has no more effect.
+    pub full_duty: u8,
     /// Standard deviation of the speed between robots, as a share of it.
     pub speed_sigma: f32,
     /// Standard deviation of the turn rate between motors, as a share of it. Each motor has its own
@@ -64,13 +70,18 @@ pub struct KilobotModel {
 impl KilobotModel {
     /// The real robot: 10 mm/s and 45 degrees per second (ICRA 2012). The legs are those of ARGoS's
     /// Kilobot plugin: 25 mm between the pins, with the middle 9.2 mm in front of them. The duties
-    /// are a choice: calibrated robots have 60 to 75.
+    /// of the calibration are a choice: those of robots are 60 to 75.
+    ///
+    /// Motors have no effect up to duty 60 and none beyond 90. Both limits are those of Kilombo, and
+    /// the makers agree: kilolib limits lasting duties to 90, and ARK begins to look for a duty that
+    /// moves a robot at 60.
     ///
     /// Speed and bias vary as in the experiments that Sheffield publishes for ARGoS, where the bias
     /// of each of two pins has a deviation of 1.86 mm/s: 1.86 / sqrt(2) = 1.3 mm/s, and sqrt(2) *
     /// 1.86 / 25 rad/s = 6 degrees per second. The bias of a single robot varies by a sixth of the
-    /// spread between robots (figure 2 of Raoufi et al.: 0.05 to 0.32). No source gives the time
-    /// for which a deviation lasts: 10 s are a choice, and so are the 10 % of the turn rate.
+    /// spread between robots (figure 2 of Raoufi et al.: 0.05 to 0.32). The time for which a
+    /// deviation lasts was not found in a source: 10 s are a choice, and so are the 10 % of the turn
+    /// rate.
     pub const STANDARD: Self = KilobotModel {
         preset: Preset::Standard,
         radius: 16.5,
@@ -80,7 +91,8 @@ impl KilobotModel {
         turn_rate: core::f32::consts::FRAC_PI_4,
         straight_duty: 70,
         turn_duty: 70,
-        dead_duty: 0,
+        dead_duty: 60,
+        full_duty: 90,
         speed_sigma: 0.13,
         turn_sigma: 0.1,
         bias_sigma: 6.0 * DEGREE,
@@ -88,8 +100,9 @@ impl KilobotModel {
         noise_time: 10.0,
     };
 
-    /// The simulator Kilombo: 7 mm/s, 13 degrees per second at duty 75, no motion below duty 60;
-    /// legs at 125.5 degrees on the rim. All noise is off there by default.
+    /// The simulator Kilombo: 7 mm/s, 13 degrees per second at duty 75, no motion below duty 60 and
+    /// at most twice the motion of duty 75 (`skilobot.c`); legs at 125.5 degrees on the rim. All noise
+    /// is off there by default.
     pub const KILOMBO: Self = KilobotModel {
         preset: Preset::Kilombo,
         radius: 17.0,
@@ -100,6 +113,7 @@ impl KilobotModel {
         straight_duty: 75,
         turn_duty: 75,
         dead_duty: 60,
+        full_duty: 90,
         speed_sigma: 0.0,
         turn_sigma: 0.0,
         bias_sigma: 0.0,
@@ -108,13 +122,16 @@ impl KilobotModel {
     };
 
     /// The Kilobot plugin of ARGoS: each pin moves at 60 mm/s times duty / 255, the pins are 25 mm
-    /// apart, and there is no noise unless an experiment asks for it.
+    /// apart, and there is no noise unless an experiment asks for it. Its motors have no dead zone
+    /// (`ci_kilobot_controller.cpp`).
     pub const ARGOS: Self = KilobotModel {
         preset: Preset::Argos,
         speed: 60.0 * 48.0 / 255.0,
         turn_rate: 60.0 * 77.0 / 255.0 / 25.0,
         straight_duty: 48,
         turn_duty: 77,
+        dead_duty: 0,
+        full_duty: u8::MAX,
         speed_sigma: 0.0,
         turn_sigma: 0.0,
         bias_sigma: 0.0,
@@ -125,11 +142,13 @@ impl KilobotModel {
 
     /// The simulator Kilosim: 24 mm/s, 0.5 radians per second; no bias and no noise. Kilosim draws
     /// its deviations of 10 % again beyond 1.1 standard deviations, which leaves 0.585 of 10 %
-    /// (`Kilobot.h`).
+    /// (`Kilobot.h`). A motor is proportional to its duty here, which is a choice.
     pub const KILOSIM: Self = KilobotModel {
         preset: Preset::Kilosim,
         speed: 24.0,
         turn_rate: 0.5,
+        dead_duty: 0,
+        full_duty: u8::MAX,
         speed_sigma: 0.0585,
         turn_sigma: 0.0585,
         bias_sigma: 0.0,
@@ -146,7 +165,7 @@ impl BodyModel for KilobotModel {
     }
 
     fn top_speed_mm_s(&self) -> f32 {
-        let most = f32::from(u8::MAX - self.dead_duty);
+        let most = f32::from(self.full_duty - self.dead_duty);
         let ahead = self.speed * most / f32::from(self.straight_duty - self.dead_duty);
         let turn = self.turn_rate * most / f32::from(self.turn_duty - self.dead_duty);
         ahead.max(turn * self.leg_distance)
@@ -169,6 +188,7 @@ impl BodyModel for KilobotModel {
             ("kilobot.turn_rate", within(self.turn_rate, 0.0, 100.0), "0 to 100"),
             ("kilobot.straight_duty", self.straight_duty > self.dead_duty, "above dead_duty"),
             ("kilobot.turn_duty", self.turn_duty > self.dead_duty, "above dead_duty"),
+            ("kilobot.full_duty", self.full_duty > self.dead_duty, "above dead_duty"),
             ("kilobot.speed_sigma", within(self.speed_sigma, 0.0, 1.0), "0 to 1"),
             ("kilobot.turn_sigma", within(self.turn_sigma, 0.0, 1.0), "0 to 1"),
             ("kilobot.bias_sigma", within(self.bias_sigma, 0.0, 100.0), "0 to 100"),
@@ -237,6 +257,7 @@ struct KilobotStep {
     /// Length of the substep in seconds.
     length: f32,
     dead: u8,
+    full: u8,
     /// Distance in mm per unit of common duty.
     ahead: f32,
     /// Angle in radians per unit of excess duty of one motor.
@@ -244,6 +265,9 @@ struct KilobotStep {
     /// Angle in radians per unit of common duty, for a bias of 1 radian per second at
     /// `straight_duty`.
     straight: f32,
+    /// Angle in radians per unit of excess duty of one motor, for a noise of 1 radian per second at
+    /// `straight_duty`.
+    sway: f32,
     /// The noise process: the share that is left after a tick, and the standard deviation of the
     /// part that is added then, in radians per second.
     decay: f32,
@@ -262,7 +286,7 @@ struct Kilobot {
     bias: f32,
     /// Deviation from `bias` in this tick, in radians per second.
     noise: f32,
-    /// Seconds of driving until the noise is drawn again.
+    /// Seconds of motion until the noise is drawn again.
     left: f32,
     /// The robot's own random numbers, for the noise.
     chance: Stream,
@@ -296,14 +320,17 @@ impl Body for Kilobot {
     fn prepare(model: &KilobotModel, seconds: f32) -> KilobotStep {
         let (sin, cos) = libm::sincosf(model.leg_angle);
         let straight = f32::from(model.straight_duty - model.dead_duty);
+        let turn = f32::from(model.turn_duty - model.dead_duty);
         let decay =
             if model.noise_time > 0.0 { libm::expf(-TICK_S / model.noise_time) } else { 0.0 };
         KilobotStep {
             length: seconds,
             dead: model.dead_duty,
+            full: model.full_duty,
             ahead: model.speed * seconds / straight,
-            turn: model.turn_rate * seconds / f32::from(model.turn_duty - model.dead_duty),
+            turn: model.turn_rate * seconds / turn,
             straight: seconds / straight,
+            sway: core::f32::consts::FRAC_1_SQRT_2 * seconds / turn,
             decay,
             fresh: model.noise_sigma * (1.0 - decay * decay).sqrt(),
             leg: (model.leg_distance * cos, model.leg_distance * sin),
@@ -325,17 +352,23 @@ impl Body for Kilobot {
         if self.heading != pose.heading {
             self.turn_to(pose.heading);
         }
-        let left = f32::from(self.motors.left.saturating_sub(step.dead));
-        let right = f32::from(self.motors.right.saturating_sub(step.dead));
-        let both = left.min(right);
-        let veer = if both > 0.0 { self.veer(both, step) } else { 0.0 };
-        let more = left - right;
+        let KilobotMotors { left, right } = self.motors;
+        let [left, right] =
+            [left, right].map(|duty| f32::from(duty.min(step.full).saturating_sub(step.dead)));
+        // The motors turn, but too slowly to move the robot.
+        if left == 0.0 && right == 0.0 {
+            return;
+        }
+        let noise = self.noise(step);
+        let (both, more) = (left.min(right), left - right);
+        let veer = (self.bias + noise) * both * step.straight;
         let gain = self.turn_gains[usize::from(more < 0.0)];
-        let turn = more * step.turn * gain;
-        // The excess of one motor turns the robot about that motor's leg. Bias and noise turn it
-        // about the middle between the legs, which does not change the speed; the second term of
-        // `ahead` accounts for this, because both turns are applied about the leg below.
-        let side = if turn == 0.0 { 0.0 } else { 1.0_f32.copysign(turn) };
+        let turn = more * step.turn * gain + more.abs() * step.sway * noise;
+        // The excess of one motor turns the robot about that motor's leg. When both run, bias and
+        // noise turn it about the middle between the legs, which does not change the speed; the
+        // second term of `ahead` accounts for this, because both turns are applied about the leg
+        // below.
+        let side = if more == 0.0 { 0.0 } else { 1.0_f32.copysign(more) };
         let ahead = both * step.ahead * self.speed_gain - side * step.leg.1 * veer;
         pose.x += ahead * self.cos;
         pose.y += ahead * self.sin;
@@ -361,8 +394,8 @@ impl Body for Kilobot {
         let duty = |percent: f32| (percent * f32::from(u8::MAX) / 100.0).round() as u8;
         self.motors = KilobotMotors { left: duty(left), right: duty(right) };
         let (ahead, turn) = (step.ahead * substeps, step.turn * substeps);
-        let straight = step.straight * substeps;
-        self.step(pose, &KilobotStep { length: seconds, ahead, turn, straight, ..*step });
+        let (straight, sway) = (step.straight * substeps, step.sway * substeps);
+        self.step(pose, &KilobotStep { length: seconds, ahead, turn, straight, sway, ..*step });
         self.motors = KilobotMotors::default();
         // A Kilobot stops within a mm, so no caller needs its speed.
         Some([0.0; 2])
@@ -375,15 +408,14 @@ impl Kilobot {
         (self.sin, self.cos) = libm::sincosf(heading);
     }
 
-    /// Returns the angle in radians by which bias and noise turn the robot in a substep with the
-    /// common duty `both`. The noise is drawn once per tick of driving.
-    fn veer(&mut self, both: f32, step: &KilobotStep) -> f32 {
+    /// Returns the noise of a substep in radians per second. It is drawn once per tick of motion.
+    fn noise(&mut self, step: &KilobotStep) -> f32 {
         if step.fresh > 0.0 && self.left < step.length / 2.0 {
             self.noise = self.noise * step.decay + step.fresh * self.chance.normal();
             self.left += TICK_S;
         }
         self.left -= step.length;
-        (self.bias + self.noise) * both * step.straight
+        self.noise
     }
 
     /// Returns the vector from the middle to the leg on the left (1) or right (-1) side, or to the

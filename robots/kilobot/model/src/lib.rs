@@ -32,10 +32,11 @@ pub const KEYS: ModelKeys = ModelKeys {
             "radius" "number" "of the preset" "in mm",
             "speed" "number" "of the preset" "speed straight on with the calibrated duty, in mm/s",
             "turn" "number" "of the preset" "turn rate with the calibrated duty, in degrees per second",
+            "dead_duty" "integer" "of the preset" "largest duty that does not move the robot, less than the calibrated duties; standard: 60",
             "speed_error" "0 to 1" "of the preset" "standard deviation of the speed between robots, as a share of it; standard: 0.13",
             "turn_error" "0 to 1" "of the preset" "standard deviation of each motor's turn rate, as a share of it; standard: 0.1",
             "heading_bias" "0 to 5000" "of the preset" "standard deviation of the bias between robots, in degrees per second; standard: 6",
-            "heading_noise" "0 to 5000" "of the preset" "standard deviation of the noise, in degrees per second; standard: 1",
+            "heading_noise" "0 to 5000" "of the preset" "standard deviation of the noise, in degrees per second; a turn with one motor has 0.71 of it; standard: 1",
             "heading_noise_time" "0 to 100000" "of the preset" "time constant of the noise, in seconds; 0: it is new in each tick; standard: 10",
         ],
     },
@@ -73,6 +74,9 @@ impl RobotModel for KilobotModel {
         model.speed = number("speed", 0.0..=10_000.0).unwrap_or(model.speed);
         let turn = section.number("turn", 0.0..=5000.0);
         model.turn_rate = turn.map_or(model.turn_rate, |degrees| degrees.to_radians() as f32);
+        let dead_max = u32::from(model.straight_duty.min(model.turn_duty) - 1);
+        let dead_duty = section.integer("dead_duty", 0..=dead_max);
+        model.dead_duty = dead_duty.map_or(model.dead_duty, |duty| duty as u8);
         model.speed_sigma = number("speed_error", GAIN_ERROR).unwrap_or(model.speed_sigma);
         model.turn_sigma = number("turn_error", GAIN_ERROR).unwrap_or(model.turn_sigma);
         let rate = |key| number(key, 0.0..=5000.0).map(f32::to_radians);
