@@ -57,3 +57,4 @@ mod statements;
 mod steps;
 mod swarm;
 mod torture;
+mod walls;

@@ -7,12 +7,13 @@ use super::body::BodyBlock;
 use super::geometry::{Area, Pose};
 use super::herd::{Herd, HerdId};
 use super::id::RobotId;
-use super::light::{self, Lamp};
+use super::light::{self, Lamp, Lighting};
 use super::link::{DeliveredFrame, FrameSighting, Late, Medium, SentFrame, Transmission};
 use super::obstacle::Obstacle;
 use super::paint::WHITE;
 use super::ranger::Sight;
 use super::ray::{Ray, Side};
+use super::shadow::Shadows;
 
 /// The controller of a robot: a virtual machine, an emulated image, or a few lines of a test.
 ///
@@ -185,6 +186,14 @@ pub(crate) struct Scene<'a> {
     pub(crate) ground: &'a [f32],
 }
 
+impl<'a> Scene<'a> {
+    fn lighting(&self) -> Lighting<'a> {
+        let Sight { obstacles, crowd, .. } = self.sight;
+        let shadows = Shadows { obstacles, movables: &crowd.movables };
+        Lighting { ambient: self.ambient, lamps: self.lights, shadows }
+    }
+}
+
 impl<'a> Sensors<'a> {
     /// Returns the area within the walls of the world, whose middle is the origin.
     #[must_use]
@@ -251,7 +260,7 @@ impl<'a> Sensors<'a> {
     pub fn brightness(&self, direction_rad: Option<f32>) -> f32 {
         let world_direction_rad =
             direction_rad.map(|direction_rad| self.pose.heading + direction_rad);
-        light::brightness(self.pose, world_direction_rad, self.scene.ambient, self.scene.lights)
+        light::brightness(self.pose, self.top_mm(), world_direction_rad, self.scene.lighting())
     }
 
     /// Returns the brightness of the ground below a ground sensor of the robot's model, 0 (black) to
@@ -266,6 +275,11 @@ impl<'a> Sensors<'a> {
     /// Returns the reading of the light sensor, 0 (dark) to 1023.
     #[must_use]
     pub fn light(&self) -> u16 {
-        light::reading(self.pose, self.scene.ambient, self.scene.lights)
+        light::reading(self.pose, self.top_mm(), self.scene.lighting())
+    }
+
+    /// Returns the height of the robot's top over the ground, in mm.
+    fn top_mm(&self) -> f32 {
+        self.pose.z + self.scene.herds[usize::from(self.herd.0)].shape.height_mm
     }
 }

@@ -6,7 +6,8 @@ use super::error::AddError;
 use super::herd::Herd;
 use super::id::RobotId;
 use super::intruder::{Intruder, IntruderSettings, Station};
-use super::link::{Ether, LinkSettings, Medium};
+use super::link::{Barriers, Ether, LinkSettings, Medium};
+use super::shadow::Shadows;
 use super::stream::{Stream, StreamPurpose};
 use super::world::World;
 
@@ -52,11 +53,14 @@ impl<B: Brain> World<B> {
 
     /// Lets intruders receive the frames that ended in the last tick.
     pub(crate) fn overhear(&mut self) {
-        let World { stations, air, topology, calibration, settings, now, .. } = self;
-        for station in stations.iter_mut().filter(|station| station.is_active(*now)) {
+        let World { stations, air, topology, obstacles, crowd, calibration, .. } = self;
+        let (seed, now) = (self.settings.seed, self.now);
+        let shadows = Shadows { obstacles, movables: &crowd.movables };
+        let barriers = Barriers { topology, shadows };
+        for station in stations.iter_mut().filter(|station| station.is_active(now)) {
             let ether =
-                |medium: Medium| Ether { air: &air[medium as usize], topology, calibration };
-            station.overhear(ether, settings.seed, *now);
+                |medium: Medium| Ether { air: &air[medium as usize], barriers, calibration };
+            station.overhear(ether, seed, now);
         }
     }
 }

@@ -16,8 +16,9 @@
 //! rectangle with the origin in its middle, x to the right and y up.
 //!
 //! # Simplifications
-//! * Nothing blocks infrared, radio or light. If two frames overlap, the stronger one is lost, too.
-//!   A frame disturbs others exactly as far as it can be received.
+//! * Walls and obstacles block infrared and the light of lamps, but no radio; robots block nothing.
+//! * If two frames overlap, the stronger one is lost, too. A frame disturbs others exactly as far as
+//!   it can be received.
 //! * All scripts see the state of the world at the beginning of the tick. Only their frames are
 //!   sent at different times within the tick.
 //! * A contact does not rotate a body, and bodies have no mass: two bodies that overlap both move
@@ -74,9 +75,11 @@ mod paint;
 mod pool;
 mod ranger;
 mod ray;
+mod reach;
 mod robot;
 mod scratch;
 mod settings;
+mod shadow;
 mod statistics;
 mod step;
 mod stream;

@@ -91,6 +91,13 @@ impl Obstacle {
         }
     }
 
+    /// Returns true if the smallest rectangle around the obstacle reaches into another rectangle,
+    /// which is given by its lower left and its upper right corner.
+    pub(crate) fn reaches_into(&self, low: (f32, f32), high: (f32, f32)) -> bool {
+        let ((left, bottom), (right, top)) = self.bounds();
+        left <= high.0 && right >= low.0 && bottom <= high.1 && top >= low.1
+    }
+
     /// Returns true if the obstacle covers a place.
     fn covers(&self, x: f32, y: f32) -> bool {
         self.push_out(x, y, 0.0).is_some()

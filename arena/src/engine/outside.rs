@@ -6,7 +6,7 @@ use super::error::UnknownRobot;
 use super::geometry::Pose;
 use super::herd::Cohort;
 use super::id::RobotId;
-use super::light;
+use super::light::{self, Lighting};
 use super::ranger::Sight;
 use super::ray::Side;
 use super::world::World;
@@ -37,7 +37,10 @@ impl<B: Brain> World<B> {
     /// Returns the reading of a robot's light sensor, 0 to 1023.
     pub fn light(&self, id: RobotId) -> Result<u16, UnknownRobot> {
         let index = self.index(id)?;
-        Ok(light::reading(&self.poses[index], self.settings.ambient_light, &self.lights))
+        let pose = &self.poses[index];
+        let (ambient, shadows) = (self.settings.ambient_light, self.shadows());
+        let height_mm = pose.z + self.herd_of(index).shape.height_mm;
+        Ok(light::reading(pose, height_mm, Lighting { ambient, lamps: &self.lights, shadows }))
     }
 
     /// Returns the distances in mm from a robot's middle to the nearest obstacle of its Multi-ranger

@@ -1,6 +1,6 @@
 //! Lines of sight.
 
-use super::geometry::{Area, Pose, turned_back};
+use super::geometry::{Area, Pose, direction, turned_back};
 use super::obstacle::Obstacle;
 
 /// The direction of a range finder of the Multi-ranger deck.
@@ -45,6 +45,14 @@ impl Ray {
             Side::Right => (sin, -cos),
         };
         Ray { x: pose.x, y: pose.y, along }
+    }
+
+    /// Returns the line of sight from one place to another, and their distance in mm; `None` if they
+    /// coincide.
+    pub(crate) fn between(from: (f32, f32), to: (f32, f32)) -> Option<(Self, f32)> {
+        let way = (to.0 - from.0, to.1 - from.1);
+        let ray = Ray { x: from.0, y: from.1, along: direction(way)? };
+        Some((ray, (way.0 * way.0 + way.1 * way.1).sqrt()))
     }
 
     /// Returns the point at a distance along the line.

@@ -9,10 +9,11 @@ use super::error::UnknownRobot;
 use super::geometry::Pose;
 use super::herd::{Cohort, Herd};
 use super::id::RobotId;
-use super::link::{Attempt, Ether, Listener, Medium, Senders, Window};
+use super::link::{Attempt, Barriers, Ether, Listener, Medium, Senders, Window};
 use super::ranger::Sight;
 use super::robot::{EngineRobot, RobotState};
 use super::scratch::Scratch;
+use super::shadow::Shadows;
 use super::stream::{Stream, StreamPurpose};
 use super::world::World;
 use super::{TICK_S, TICK_US};
@@ -99,8 +100,10 @@ impl<B: Brain> World<B> {
         if let Some(ground) = ground {
             ground.sense(cohorts, herds, poses);
         }
+        let shadows = Shadows { obstacles, movables: &crowd.movables };
+        let barriers = Barriers { topology, shadows };
         let around = Surroundings {
-            ether: air.each_ref().map(|air| Ether { air, topology, calibration }),
+            ether: air.each_ref().map(|air| Ether { air, barriers, calibration }),
             scene: Scene {
                 sight: Sight { area: settings.area, obstacles, crowd },
                 herds,
@@ -192,7 +195,13 @@ impl<B: Brain> World<B> {
     /// Lets the links send.
     fn transmit(&mut self) {
         let window = Window {
-            topology: &self.topology,
+            barriers: Barriers {
+                topology: &self.topology,
+                shadows: Shadows {
+                    obstacles: &self.obstacles,
+                    movables: &self.crowd.movables,
+                },
+            },
             herds: &self.herds,
             poses: &self.poses,
             estimates: &self.estimates,

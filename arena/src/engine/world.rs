@@ -387,34 +387,6 @@ impl<B: Brain> World<B> {
         self.brains.get_mut(usize::from(id.0))
     }
 
-    /// Returns the reach of a robot's frames in mm, measured between the middles of two robots; 0
-    /// if there is no such robot.
-    #[must_use]
-    pub fn reach_mm(&self, id: RobotId) -> f64 {
-        let Ok(index) = self.index(id) else { return 0.0 };
-        let Herd { medium, link, .. } = self.herd_of(index);
-        f64::from(self.air[*medium as usize].reach_mm(*link))
-    }
-
-    /// Returns true if frames of the sender reach the receiver: both use the same medium, they are
-    /// near enough, and they are not cut off from each other.
-    #[must_use]
-    pub fn can_receive(&self, receiver: RobotId, sender: RobotId) -> bool {
-        let (Ok(to), Ok(from)) = (self.index(receiver), self.index(sender)) else { return false };
-        let (here, there) = (self.poses[to], self.poses[from]);
-        let [dx, dy, dz] = [here.x - there.x, here.y - there.y, here.z - there.z].map(f64::from);
-        let reach = self.reach_mm(sender);
-        self.herd_of(to).medium == self.herd_of(from).medium
-            && dx * dx + dy * dy + dz * dz <= reach * reach
-            && self.topology.connects(receiver, sender)
-    }
-
-    /// Returns true if two robots are not cut off from each other, whatever their distance.
-    #[must_use]
-    pub fn connects(&self, a: RobotId, b: RobotId) -> bool {
-        self.topology.connects(a, b)
-    }
-
     /// Records the frames of each tick from now on, until [`take_frame_log`](Self::take_frame_log).
     pub fn watch(&mut self) {
         self.frame_log.get_or_insert_default();
@@ -495,7 +467,7 @@ impl<B: Brain> World<B> {
         }
     }
 
-    fn herd_of(&self, index: usize) -> &Herd {
+    pub(crate) fn herd_of(&self, index: usize) -> &Herd {
         &self.herds[usize::from(self.robots[index].herd.0)]
     }
 }

@@ -124,7 +124,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "duration" "number" "" "simulated time in seconds",
             "seed" "integer" "1" "seed of all random numbers",
             "ground" "list of tables" "white" "painted discs and boxes, later ones over earlier ones",
-            "obstacles" "list of tables" "none" "discs, boxes and walls that block robots",
+            "obstacles" "list of tables" "none" "discs, boxes and walls that block robots, infrared and light",
             "lights" "list of lights" "none" "lamps: tables, or only their positions as [x, y]",
             "ambient" "0 to 1023" "0" "light everywhere, as a reading of the light sensor",
         ],

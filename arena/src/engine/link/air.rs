@@ -4,7 +4,7 @@ use core::hash::Hash;
 
 use super::packet::Transmission;
 use super::radio::deferral_us;
-use super::topology::Topology;
+use super::topology::Barriers;
 use super::{LinkSettings, Loss, Medium};
 use crate::engine::TICK_US;
 use crate::engine::digest::Digest;
@@ -137,6 +137,12 @@ impl Transmissions {
         squared <= reach * reach
     }
 
+    /// Returns true if no barrier separates a robot at this pose from the sender.
+    fn passes(&self, beam: &Beam, robot: RobotId, pose: &Pose, barriers: &Barriers<'_>) -> bool {
+        let (here, there) = ([pose.x, pose.y, pose.z], [beam.x, beam.y, beam.z]);
+        barriers.connect(self.medium, robot, here, beam.from, there)
+    }
+
     pub(crate) fn transmissions(&self) -> &[Transmission] {
         &self.transmissions
     }
@@ -200,12 +206,12 @@ impl Transmissions {
         robot: RobotId,
         pose: &Pose,
         at: i32,
-        topology: &Topology,
+        barriers: &Barriers<'_>,
     ) -> Option<i32> {
         let reaches = |beam: &&Beam| {
             beam.from != robot
                 && self.reaches(beam, distance_squared(beam, pose))
-                && topology.connects(robot, beam.from)
+                && self.passes(beam, robot, pose, barriers)
         };
         let ends = self.begun.iter().filter(reaches).map(|beam| beam.start);
         ends.map(|start| start + self.medium.air_time_us() as i32).filter(|end| *end <= at).max()
@@ -226,7 +232,7 @@ impl Transmissions {
         pose: &Pose,
         at: i32,
         since: i32,
-        topology: &Topology,
+        barriers: &Barriers<'_>,
     ) -> usize {
         let on_air = at - self.medium.air_time_us() as i32;
         let mut count = 0;
@@ -241,7 +247,7 @@ impl Transmissions {
                     }
                     if beam.start < since
                         && self.reaches(beam, distance_squared(beam, pose))
-                        && topology.connects(robot, beam.from)
+                        && self.passes(beam, robot, pose, barriers)
                     {
                         count += 1;
                     }
@@ -257,10 +263,10 @@ impl Transmissions {
         &self,
         robot: RobotId,
         pose: &Pose,
-        topology: &Topology,
+        barriers: &Barriers<'_>,
         found: &mut Vec<Near>,
     ) {
-        self.within_reach(pose, |from| topology.connects(robot, from), found);
+        self.within_reach(pose, |beam| self.passes(beam, robot, pose, barriers), found);
     }
 
     /// Fills `found` with the transmissions within reach of a robot from whose senders it is cut
@@ -269,22 +275,21 @@ impl Transmissions {
         &self,
         robot: RobotId,
         pose: &Pose,
-        topology: &Topology,
+        barriers: &Barriers<'_>,
         found: &mut Vec<Near>,
     ) {
-        self.within_reach(pose, |from| !topology.connects(robot, from), found);
+        self.within_reach(pose, |beam| !self.passes(beam, robot, pose, barriers), found);
     }
 
-    /// Fills `found` with the transmissions that reach a place and whose sender meets `is_of`,
-    /// sorted by time.
-    fn within_reach(&self, pose: &Pose, is_of: impl Fn(RobotId) -> bool, found: &mut Vec<Near>) {
+    /// Fills `found` with the transmissions that reach a place and meet `is_of`, sorted by time.
+    fn within_reach(&self, pose: &Pose, is_of: impl Fn(&Beam) -> bool, found: &mut Vec<Near>) {
         found.clear();
         for row in self.cells.around(self.cells.cell_at(pose.x, pose.y)) {
             for &latest in &self.latest[row] {
                 let mut next = latest;
                 while let Some(beam) = self.beams.get(next as usize) {
                     let squared = distance_squared(beam, pose);
-                    if self.reaches(beam, squared) && is_of(beam.from) {
+                    if self.reaches(beam, squared) && is_of(beam) {
                         found.push(Near {
                             start: beam.start,
                             index: next,

@@ -47,7 +47,7 @@ pub enum LossCause {
     Collision,
     /// The link lost the frame by chance.
     Chance,
-    /// A blocked link or a partition separates the sender and the robot.
+    /// A blocked link, a partition, or a wall on infrared separates the sender and the robot.
     CutOff,
     /// The robot is stopped or has failed.
     Off,

@@ -23,7 +23,7 @@ pub(crate) use packet::{Packet, Transmission};
 pub(crate) use radio::{RobotRadio, UNIT_US};
 pub(crate) use receive::{Ether, Listener};
 pub(crate) use schedule::{Attempt, Schedule, Senders, Window};
-pub(crate) use topology::Topology;
+pub(crate) use topology::{Barriers, Topology};
 
 /// Probability that a frame is lost on the way, in addition to collisions.
 #[derive(Clone, Copy, Debug, PartialEq)]

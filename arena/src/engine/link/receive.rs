@@ -5,7 +5,7 @@ use super::calibration::Calibration;
 use super::delivery::{DeliveredFrame, Late};
 use super::frame_log::{Arrival, Fate, LossCause, SentFrame};
 use super::packet::{Direction, FrameSighting, Transmission, polar};
-use super::topology::Topology;
+use super::topology::Barriers;
 use super::{LinkSettings, Media, Medium, RangeAndBearing};
 use crate::engine::TICK_US;
 use crate::engine::geometry::{Pose, wrap};
@@ -33,7 +33,7 @@ pub(crate) struct Listener<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ether<'a> {
     pub(crate) air: &'a Transmissions,
-    pub(crate) topology: &'a Topology,
+    pub(crate) barriers: Barriers<'a>,
     pub(crate) calibration: &'a Calibration,
 }
 
@@ -50,7 +50,7 @@ impl Ether<'_> {
         mut see: impl FnMut(&Near, Fate),
     ) {
         received.clear();
-        self.air.near(listener.id, listener.pose, self.topology, near);
+        self.air.near(listener.id, listener.pose, &self.barriers, near);
         if near.is_empty() {
             return;
         }
@@ -101,10 +101,10 @@ impl Ether<'_> {
                 seen.push(self.arrival(robot, now, frame, Fate::Lost(cause)));
             }
         };
-        self.air.cut_off(robot, pose, self.topology, near);
+        self.air.cut_off(robot, pose, &self.barriers, near);
         note(near, LossCause::CutOff);
         if !is_running {
-            self.air.near(robot, pose, self.topology, near);
+            self.air.near(robot, pose, &self.barriers, near);
             note(near, LossCause::Off);
         }
     }

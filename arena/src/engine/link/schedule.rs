@@ -10,7 +10,7 @@ use super::air::Transmissions;
 use super::frame_log::{SendAttempt, SentFrame};
 use super::packet::{Packet, Transmission};
 use super::radio::RobotRadio;
-use super::topology::Topology;
+use super::topology::Barriers;
 use crate::engine::TICK_US;
 use crate::engine::brain::Brain;
 use crate::engine::geometry::Pose;
@@ -38,7 +38,7 @@ pub(crate) struct Schedule {
 /// The data that all attempts of a tick share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Window<'a> {
-    pub(crate) topology: &'a Topology,
+    pub(crate) barriers: Barriers<'a>,
     pub(crate) herds: &'a [Herd],
     pub(crate) poses: &'a [Pose],
     pub(crate) estimates: &'a [Option<Pose>],
@@ -132,7 +132,7 @@ fn carry_out(
     let moment_us = window.since_the_beginning(at);
     let mut stream = Stream::new(window.seed, StreamPurpose::BackOff, robot.0, moment_us);
     let busy = RobotRadio::senses(medium, at)
-        .map_or(0, |since| air.sensed(robot, pose, at, since, window.topology));
+        .map_or(0, |since| air.sensed(robot, pose, at, since, &window.barriers));
     if busy > 0 {
         count.postponed += 1;
         if let Some(seen) = seen {
@@ -140,7 +140,7 @@ fn carry_out(
         }
         radio.back_off(medium, busy, pacing, &mut stream);
     } else if !brain.is_within_message()
-        && let Some(heard) = air.begun(robot, pose, at, window.topology)
+        && let Some(heard) = air.begun(robot, pose, at, &window.barriers)
         && radio.defer(medium, heard, &mut stream)
     {
         count.postponed += 1;

@@ -1,10 +1,12 @@
-//! Blocked links and partitions, which cut robots off from each other.
+//! Blocked links, partitions and walls, which cut robots off from each other.
 
 use std::collections::BTreeSet;
 
+use super::Medium;
 use crate::engine::id::RobotId;
+use crate::engine::shadow::Shadows;
 
-/// The barriers between robots, apart from distance. Two robots that are cut off neither receive,
+/// The barriers between robots that events set. Two robots that are cut off neither receive,
 /// disturb nor sense each other.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Topology {
@@ -39,5 +41,30 @@ impl Topology {
     /// Returns the group of a robot: 0 for one that joined after the partition, and for an intruder.
     fn group(&self, robot: RobotId) -> u8 {
         self.groups.get(usize::from(robot.0)).copied().unwrap_or(0)
+    }
+}
+
+/// All barriers between robots: those of the topology, and the walls.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Barriers<'a> {
+    pub(crate) topology: &'a Topology,
+    pub(crate) shadows: Shadows<'a>,
+}
+
+impl Barriers<'_> {
+    /// Returns true if frames of a medium pass between two robots at these places that are near
+    /// enough. Infrared is reflected by the ground, so any wall that is higher than the lower robot
+    /// stands blocks it.
+    pub(crate) fn connect(
+        &self,
+        medium: Medium,
+        a: RobotId,
+        [x, y, z]: [f32; 3],
+        b: RobotId,
+        [to_x, to_y, to_z]: [f32; 3],
+    ) -> bool {
+        self.topology.connects(a, b)
+            && !(medium == Medium::Infrared
+                && self.shadows.separate((x, y), (to_x, to_y), z.min(to_z)))
     }
 }
