@@ -14,8 +14,8 @@ const SCRIPT: &str = include_str!("../../tests/scenarios/adversaries.bzz");
 
 /// Nine Kilobots that hear their neighbors in rows, columns and diagonals; robots 0 to 8.
 const ROBOTS: usize = 9;
-const WORLD: &str = "[world]\nsize = [1000, 1000]\nduration = 90\n\
-    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 9\nplacement = \"grid\"\nspacing = 60\n\
+const WORLD: &str = "[world]\nsize = [1000, 1000]\nduration = 90\n[medium.ir]\nrange = 70\nedge = 0\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 9\nplacement = \"grid\"\nspacing = 60\nclock_skew = 0\n\
     [output]\nplot = [\"stigmergy.1.number\", \"steps\", \"neighbors\", \"global.words\", \"global.lists\"]\n";
 
 /// Adversaries are there from 20 s to 60 s.
@@ -150,7 +150,8 @@ impl Observer for FrameCounter {
 /// The limit: who is in reach of a jammer hears nobody. Scripts go on, and what was put meanwhile arrives afterwards.
 #[test]
 fn jam() {
-    let jam = [adversary("\"jam\""), String::new()].concat();
+    // Farther than the robots, so that it reaches all of them.
+    let jam = [adversary("\"jam\"\nrange = 200"), String::new()].concat();
     let ended = run("jam", &jam);
     survives(&ended);
     let in_noise = during(&ended.0).last().unwrap();
@@ -243,7 +244,8 @@ fn held_fragments() {
         at(until) - at(from)
     };
     let [held, normal] = [&ended.0, &quiet].map(|samples| lists(samples, FROM, UNTIL));
-    assert!(held > 0.8 * normal, "{held} of {normal}");
+    // Some 200 lists are known to 7 %.
+    assert!(held > 0.75 * normal, "{held} of {normal}");
     let [after, normal] = [&ended.0, &quiet].map(|samples| lists(samples, UNTIL, 900));
     assert!(after > 0.8 * normal, "{after} of {normal}");
 }

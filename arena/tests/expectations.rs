@@ -142,7 +142,7 @@ const CASES: &[(&str, bool)] = &[
 ];
 
 const WORLD: &str = "[world]\nsize = [1000, 1000]\nduration = 10\n\
-    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 5\nplacement = \"line\"\nat = [-80, 100]\nspacing = 40\nheading = 90\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 5\nplacement = \"line\"\nat = [-80, 100]\nspacing = 40\nheading = 90\nclock_skew = 0\n\
     [medium.ir]\nloss = 0\n";
 
 #[test]

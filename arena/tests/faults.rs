@@ -10,10 +10,14 @@ use bittybuzz_vm_core::FaultCode;
 fn row(robot: &str, count: usize, seconds: u32, more: &str) -> String {
     let places: Vec<String> = (0..count).map(|place| format!("[{}, 0]", 90 * place)).collect();
     let places = places.join(", ");
-    let medium = if robot == "kilobot" { "[medium.ir]\nloss = 0\n" } else { "" };
+    let (medium, clock) = if robot == "kilobot" {
+        ("[medium.ir]\nloss = 0\nrange = 70\nedge = 0\n", "clock_skew = 0\n")
+    } else {
+        ("", "")
+    };
     format!(
         "[world]\nsize = [2000, 1000]\nduration = {seconds}\n{medium}[[robots]]\n\
-         robot = \"{robot}\"\nscript = \"s.bzz\"\nheading = 0\npositions = [{places}]\n{more}"
+         robot = \"{robot}\"\nscript = \"s.bzz\"\nheading = 0\n{clock}positions = [{places}]\n{more}"
     )
 }
 

@@ -17,9 +17,9 @@ const NEXT: &str = "n = 1000 half = 7.5 join = {.now = 6} t = 3 new = 4\n\
     function step() { n = n + whole() }\n";
 
 const WORLD: &str = "[world]\nsize = [600, 600]\nduration = 10\n\n\
-    [[robots]]\nrobot = \"kilobot\"\nscript = \"counts.bzz\"\ncount = 3\nplacement = \"line\"\nspacing = 50\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"counts.bzz\"\nclock_skew = 0\ncount = 3\nplacement = \"line\"\nspacing = 50\n\n\
     [[robots]]\nrobot = \"crazyflie\"\nname = \"flies\"\nscript = \"counts.bzz\"\nat = [200, 0]\n\n\
-    [[robots]]\nrobot = \"kilobot\"\nname = \"late\"\nscript = \"counts.bzz\"\nat = [200, 200]\npresent = false\n\n";
+    [[robots]]\nrobot = \"kilobot\"\nname = \"late\"\nscript = \"counts.bzz\"\nclock_skew = 0\nat = [200, 200]\npresent = false\n\n";
 
 fn simulation(test: &str, events: &str) -> Simulation {
     let folder = folder(test, &[("counts.bzz", COUNTS), ("next.bzz", NEXT)]);

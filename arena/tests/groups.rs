@@ -24,6 +24,7 @@ fn a_link_is_that_of_the_sender() {
         for link in links(&mut settings) {
             *link = LinkSettings {
                 range: Some(120.0),
+                edge: 0.0,
                 loss: Loss::even(0.5),
                 duplicate: 1.0,
                 reorder: 0.0,
@@ -213,4 +214,37 @@ fn a_listed_robot_has_a_heading_of_its_own() {
     let one = headings("[0, 0], [100, 0, 90], [200, 0]", "\"random\"");
     assert!((drawn[1] - 90.0).abs() > 1.0, "{drawn:?}");
     assert_eq!(one, [drawn[0], 90.0, drawn[2]]);
+}
+
+/// A preset gives range, edge and loss; other keys of the medium stay, and a key beside it has the last word.
+#[test]
+fn a_preset_of_infrared_can_be_changed_by_keys() {
+    let group = |more: &str| {
+        format!(
+            "[[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\npositions = [[0, 0]]\n{more}\n"
+        )
+    };
+    let link = |medium: &str, of_group: &str| {
+        let folder = folder("presets", &[("s.bzz", "function step() { }\n")]);
+        let text = format!(
+            "[world]\nsize = [900, 900]\nduration = 1\n{}[medium.ir]\nduplication = 0.5\n{medium}\n",
+            group(of_group)
+        );
+        let (scenario, programs) = read(&folder, &text);
+        let setup = bittybuzz_arena::run::Setup::new(scenario, programs).unwrap();
+        setup.link(&setup.scenario.groups[0])
+    };
+    let standard = LinkSettings {
+        range: Some(117.0),
+        edge: 10.0,
+        loss: Loss::even(0.042),
+        duplicate: 0.5,
+        reorder: 0.0,
+    };
+    assert_eq!(link("", ""), standard);
+    let icra = LinkSettings { range: Some(67.0), ..standard };
+    assert_eq!(link("preset = \"icra2012\"", ""), icra);
+    assert_eq!(link("", "link = { preset = \"icra2012\" }"), icra);
+    let changed = LinkSettings { range: Some(80.0), edge: 0.0, ..standard };
+    assert_eq!(link("edge = 0\npreset = \"ants2018-long\"\nrange = 80", ""), changed);
 }

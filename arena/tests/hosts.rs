@@ -111,7 +111,7 @@ fn leds_have_eight_colors() {
 /// Each sensor by the figures of its file: functions that read them are added to the file.
 #[test]
 fn sensors_measure_from_their_places() {
-    // A wall 50 mm before the rim, and a lamp 1 m ahead in a world without daylight.
+    // A wall 50 mm before the rim, and a lamp 1 m behind in a world without daylight.
     for (name, radius_mm, beams, lights) in [
         // Beams at 7.5 and 22.5 degrees, and behind: the way along the beam is longer than that straight ahead.
         ("footbot", 85.036_758, [(0, 7.5), (1, 22.5), (12, 187.5)], [(0, 7.5), (12, 187.5)]),
@@ -142,7 +142,8 @@ fn sensors_measure_from_their_places() {
         }
         for (beam, direction_deg) in lights {
             // 1023 e^(-2 m), times 1 - angle / 180 degrees.
-            let off_deg = f64::min(direction_deg, 360.0 - direction_deg);
+            // The lamp is behind the robot, because the wall in front of it casts a shadow.
+            let off_deg = 180.0 - f64::min(direction_deg, 360.0 - direction_deg);
             let value = 1023.0 * f64::exp(-2.0) * (1.0 - off_deg / 180.0);
             script += &format!("  l{beam} = read_light({beam})\n");
             expectations += &expect(&format!("l{beam}"), value, 0.1);
@@ -152,7 +153,7 @@ fn sensors_measure_from_their_places() {
         let folder = folder(&format!("hosts_senses_{name}"), &files);
         let wall = radius_mm + 50.0;
         let things = format!(
-            "ambient = 0\nlights = [[1000, 0]]\nobstacles = [{{ from = [{wall}, -900], to = [{wall}, 900] }}]"
+            "ambient = 0\nlights = [[-1000, 0]]\nobstacles = [{{ from = [{wall}, -900], to = [{wall}, 900] }}]"
         );
         let summary = run(&folder, &(world("mine.toml", &things) + &expectations));
         assert!(summary.faults.is_empty(), "{name}: {:?}", summary.faults);

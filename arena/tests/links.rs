@@ -2,7 +2,7 @@
 
 use crate::common::robots::{RobotKind, Settings, World};
 use crate::common::*;
-use bittybuzz_arena::engine::{Area, Loss, Medium, Pose, RobotId, Stream};
+use bittybuzz_arena::engine::{Area, Loss, Medium, Pose, RobotId, SendAttempt, Stream};
 
 #[test]
 fn infrared_ends_70_mm_from_rim_to_rim() {
@@ -101,6 +101,70 @@ fn hidden_terminals_collide() {
     }
     let part = collided as f32 / (collided + received) as f32;
     close(part, 2.0 * 4.41 / (4.0 * 32.768), 0.015);
+}
+
+/// A script's frames wander through the ticks with the robot's clock. Robots with a fixed phase would always send at the same
+/// part of a tick; a clock that is fast by 1 % is ready at all parts within 10 s. A timer of 32.768 ms adds to that.
+#[test]
+fn phases_drift_with_the_clock() {
+    let spread = |error_ppm| {
+        let mut world = World::new(Settings { seed: 3, ..exact() }).unwrap();
+        let id = kilobot(&mut world, 0.0, 0.0, 0.0, Probe::default());
+        let listener = kilobot(&mut world, 50.0, 0.0, 0.0, Probe::default());
+        world.set_clock_error(id, error_ppm).unwrap();
+        world.set_clock_error(listener, 0).unwrap();
+        let mut starts = Vec::new();
+        for tick in 0..6000 {
+            // A frame every 5 s, long after the link has become ready again.
+            world.brain_mut(id).unwrap().waiting = u32::from(tick % 50 == 0);
+            world.watch();
+            world.tick();
+            let log = world.take_frame_log();
+            starts.extend(log.attempts.iter().filter_map(|attempt| match attempt {
+                SendAttempt::Sent(frame) => Some((frame.start_us % 100_000) as f32 / 1e3),
+                SendAttempt::Postponed { .. } => None,
+            }));
+        }
+        assert!((118..=121).contains(&starts.len()), "{}", starts.len());
+        moments(&starts).1
+    };
+    // Only the timer moves the frames of an exact clock, by up to 32.768 ms after the script: a deviation of 9.5 ms. Times that are
+    // spread over a tick of 100 ms have one of 28.9 ms.
+    assert!(spread(0) < 12.0);
+    close(spread(10_000), 28.9, 4.0);
+    close(spread(-10_000), 28.9, 4.0);
+}
+
+/// Robots whose phases stay send at the same time again and again, so that runs differ in the share of the frames that collide by
+/// five times what independent frames would (0.0148 to 0.003). Clocks that differ by up to 1 % move each phase through the
+/// tick six times in a minute.
+#[test]
+fn runs_differ_less_if_phases_drift() {
+    let shares = |drift: bool| -> Vec<f32> {
+        let of_seed = |seed| {
+            let mut world = World::new(Settings { seed, ..exact() }).unwrap();
+            let mut stream = Stream::for_brain(seed, 77);
+            for i in 0..20 {
+                let (x, y) = ((i % 5) as f32 * 500.0 - 1000.0, (i / 5) as f32 * 500.0 - 1000.0);
+                let id = crazyflie(&mut world, x, y, Probe::default());
+                let error_ppm = (2e4 * (stream.unit() - 0.5)) as i32;
+                world.set_clock_error(id, if drift { error_ppm } else { 0 }).unwrap();
+            }
+            for _ in 0..600 {
+                world.brains_mut().for_each(|probe| probe.waiting = 1);
+                world.tick();
+            }
+            let link = world.statistics().link(Medium::P2p);
+            link.collided as f32 / (link.collided + link.received) as f32
+        };
+        (0..24).map(of_seed).collect()
+    };
+    let [(mean, fixed), (mean_of_drift, drifting)] =
+        [false, true].map(|drift| moments(&shares(drift)));
+    // ALOHA: frames of 0.4 ms, one each of 19 others in 100 ms. Fixed phases use 82 ms of the tick.
+    close(mean, 1.0 - (-19.0 * 0.8 / 82.0_f32).exp(), 0.03);
+    close(mean_of_drift, 1.0 - (-19.0 * 0.8 / 100.0_f32).exp(), 0.02);
+    assert!(drifting < 0.6 * fixed && drifting < 0.007, "{drifting}, fixed {fixed}");
 }
 
 #[test]

@@ -18,8 +18,8 @@ const SECOND: &str = "below = 0 got = 0\n\
     function step() { below = below - 1 neighbors.broadcast(\"down\", below) if(below == 0 - 5) log(\"second\") }\n";
 
 const WORLD: &str = "[world]\nsize = [600, 600]\nduration = 10\n\n\
-    [[robots]]\nrobot = \"kilobot\"\nscript = \"first.bzz\"\ncount = 3\nplacement = \"line\"\nspacing = 50\n\n\
-    [[robots]]\nrobot = \"kilobot\"\nname = \"late\"\nscript = \"first.bzz\"\nat = [200, 200]\npresent = false\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"first.bzz\"\nclock_skew = 0\ncount = 3\nplacement = \"line\"\nspacing = 50\n\n\
+    [[robots]]\nrobot = \"kilobot\"\nname = \"late\"\nscript = \"first.bzz\"\nclock_skew = 0\nat = [200, 200]\npresent = false\n\n\
     [medium.ir]\nloss = 0\n\n";
 
 fn texts(event: &str) -> String {
@@ -189,5 +189,5 @@ fn events_with_missing_scripts_are_refused() {
     let [error] = &*errors else { panic!("{errors:#?}") };
     assert_eq!(error.to_string(), "cannot read `secund.bzz`: there is no such file");
     assert_eq!(error.help().as_deref(), Some("did you mean `second.bzz`?"));
-    assert_eq!(error.place.as_ref().unwrap().line, 25);
+    assert_eq!(error.place.as_ref().unwrap().line, 27);
 }

@@ -32,6 +32,7 @@ mod ground;
 mod groups;
 mod hosts;
 mod images;
+mod infrared;
 mod inspection;
 mod kilobot_motion;
 mod links;

@@ -20,8 +20,8 @@ fn simulation(test: &str, script: &str, count: u32) -> Simulation {
 fn start(folder: &Path, count: u32) -> Simulation {
     let places: Vec<String> = (0..count).map(|number| format!("[{}, 0]", 60 * number)).collect();
     let text = format!(
-        "[world]\nsize = [2000, 1000]\nduration = 20\n[medium.ir]\nloss = 0\n\
-         [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\npositions = [{}]\n",
+        "[world]\nsize = [2000, 1000]\nduration = 20\n[medium.ir]\nloss = 0\nrange = 70\nedge = 0\n\
+         [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nclock_skew = 0\npositions = [{}]\n",
         places.join(", ")
     );
     let (scenario, programs) = read(folder, &text);

@@ -20,7 +20,7 @@ function step() { n = n + 1 fill() count(double(0)) if(n > 30000) fails(1) neigh
 
 const WORLD: &str = "[world]\nsize = [1000, 1000]\nduration = 20\n\n\
     [[robots]]\nrobot = \"crazyflie\"\nname = \"big\"\nscript = \"s.bzz\"\ncount = 3\nplacement = \"line\"\nspacing = 200\n\n\
-    [[robots]]\nrobot = \"kilobot\"\nname = \"small\"\nscript = \"s.bzz\"\ncount = 3\nplacement = \"line\"\nspacing = 50\nat = [0, 300]\n\n";
+    [[robots]]\nrobot = \"kilobot\"\nname = \"small\"\nscript = \"s.bzz\"\nclock_skew = 0\ncount = 3\nplacement = \"line\"\nspacing = 50\nat = [0, 300]\n\n";
 
 fn setup_of(folder: &Path, text: &str) -> Arc<Setup> {
     let (scenario, programs) = read(folder, text);

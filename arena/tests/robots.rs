@@ -10,7 +10,7 @@ fn run(robot: &str, script: &str, seconds: u32) -> Vec<(RobotView, Option<f64>)>
     let folder = folder(&format!("robots_{robot}_{name}"), &[("s.bzz", script)]);
     let text = format!(
         "[world]\nsize = [4000, 2000]\nduration = {seconds}\nobstacles = [{{ at = [900, 0], size = [20, 400] }}]\n\
-         [[robots]]\nrobot = \"{robot}\"\nscript = \"s.bzz\"\npositions = [[0, 0]]\nheading = 0\n\
+         [[robots]]\nrobot = \"{robot}\"\nscript = \"s.bzz\"\npositions = [[0, 0]]\nheading = 0\nclock_skew = 0\n\
          [body.kilobot]\nspeed_error = 0\nturn_error = 0\nheading_bias = 0\nheading_noise = 0\n[body.zooid]\ngain_error = 0\n[body.crazyflie]\narmed = true\n[output]\nplot = [\"global.r\"]\n"
     );
     let mut trace = Vec::new();
@@ -154,7 +154,7 @@ fn broadcasts_carry_values_of_the_last_step() {
     for (robot, medium, x) in robots {
         let text = format!(
             "[world]\nsize = [500, 500]\nduration = 60\n[medium.{medium}]\nloss = 0\n\
-             [[robots]]\nrobot = \"{robot}\"\nscript = \"a.bzz\"\npositions = [[-{x}, 0], [{x}, 0]]\n\
+             [[robots]]\nrobot = \"{robot}\"\nscript = \"a.bzz\"\nclock_skew = 0\npositions = [[-{x}, 0], [{x}, 0]]\n\
              [output]\nplot = [\"global.r\"]\n"
         );
         let summary = script::run(&folder, &text);

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use bittybuzz_arena::engine::{Infrared, LinkSettings, Nrf24Medium, P2p};
+use bittybuzz_arena::engine::{Infrared, LinkSettings, Loss, Nrf24Medium, P2p};
 use bittybuzz_arena::scenario::Scenario;
 use bittybuzz_arena::scenario::keys::{BODY, SECTIONS, SectionKey, SectionKeys};
 
@@ -58,7 +58,10 @@ fn documented_keys_agree_with_the_code() {
 fn documented_numbers_of_the_media_are_those_of_the_engine() {
     let ir = Infrared::STANDARD;
     let (nrf24, p2p) = (Nrf24Medium::STANDARD.link, P2p::STANDARD.link);
-    let loss = |link: &LinkSettings| format!("[{}, {}]", link.loss.near, link.loss.far);
+    let loss = |link: &LinkSettings| match link.loss {
+        Loss { near, far } if near == far => near.to_string(),
+        Loss { near, far } => format!("[{near}, {far}]"),
+    };
     assert_eq!((nrf24.range, p2p.range), (None, None));
     let rate = 1e6 / (f64::from(ir.tx_period) * 128.0);
     let of_radio = [
@@ -67,9 +70,11 @@ fn documented_numbers_of_the_media_are_those_of_the_engine() {
     ];
     let of_ir = [
         ("range", ir.link.range.unwrap().to_string()),
+        ("edge", ir.link.edge.to_string()),
         ("loss", loss(&ir.link)),
         ("rate", format!("{rate:.0}")),
         ("distance_error", ir.distance_sigma.to_string()),
+        ("clock_error", (100.0 * ir.clock_sigma).to_string()),
     ];
     for (name, rows) in [("[medium.ir]", &of_ir[..]), ("[medium.nrf24]", &of_radio)] {
         let section = SECTIONS.iter().find(|section| section.name == name).unwrap();

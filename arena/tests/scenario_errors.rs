@@ -286,7 +286,7 @@ const AFTER_GROUP: &[(&str, &str, &[&str])] = &[
     (
         "model = { radius = 20 }\n",
         "7:11",
-        &["unknown key `radius`", "one of speed, turn, speed_error"],
+        &["unknown key `radius`", "one of speed, turn, dead_duty, speed_error"],
     ),
     ("model = { lag = 1 }\n", "7:11", &["unknown key `lag` in the `model` of these Kilobots"]),
     ("link = { range = -1 }\n", "7:18", &["`range` cannot be -1"]),

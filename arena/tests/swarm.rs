@@ -7,14 +7,21 @@ use bittybuzz_arena::run::Verdict;
 
 const STILL: &str = "n = 0\nfunction step() { n = n + 1 neighbors.broadcast(\"n\", n) }\n";
 
+/// Infrared with the range of the makers and no edge.
+const SHARP: &str = "[medium.ir]\nrange = 70\nedge = 0\n";
+
 /// Kilobots that stand still, and what must come of them after a second.
 #[track_caller]
 fn holds(test: &str, groups: &str, expects: &[&str]) {
     let folder = folder(&format!("swarm_{test}"), &[("s.bzz", STILL)]);
     let expects: Vec<String> =
         expects.iter().map(|expect| format!("[[expect]]\nat = 1\n{expect}\n")).collect();
-    let text =
-        format!("[world]\nsize = [2000, 2000]\nduration = 2\n{groups}\n{}", expects.concat());
+    // Infrared ends sharply at 103 mm between the middles, unless a test says something else.
+    let medium = if groups.contains("[medium.ir]") { "" } else { SHARP };
+    let text = format!(
+        "[world]\nsize = [2000, 2000]\nduration = 2\n{medium}{groups}\n{}",
+        expects.concat()
+    );
     let summary = run(&folder, &text);
     for (expect, found) in expects.iter().zip(&summary.convergences) {
         assert_eq!(found.verdict, Verdict::Held, "{expect}");
@@ -43,7 +50,7 @@ fn a_circle() {
             "robots = \"0..1\"\nvalue = \"swarm.components\"\nequals = 2",
         ],
     );
-    let within_reach = format!("{}[medium.ir]\nrange = 121\n", group(circle));
+    let within_reach = format!("{}[medium.ir]\nrange = 121\nedge = 0\n", group(circle));
     holds("wide_circle", &within_reach, &["value = \"swarm.components\"\nequals = 1"]);
 }
 
@@ -110,7 +117,7 @@ fn swarm_measures_agree_with_all_pairs() {
     let folder = folder("swarm_many", &[("s.bzz", STILL)]);
     let quantities = ["swarm.nearest", "swarm.contacts", "swarm.components"];
     let text = format!(
-        "[world]\nsize = [1500, 1200]\nduration = 1\n{}{}[output]\nplot = {quantities:?}\n",
+        "[world]\nsize = [1500, 1200]\nduration = 1\n{SHARP}{}{}[output]\nplot = {quantities:?}\n",
         group("count = 90\nplacement = \"random\""),
         group("count = 20\nplacement = \"line\"\nspacing = 33.5\nat = [-600, 583.5]"),
     );

@@ -31,8 +31,7 @@ fn a_wall_blocks_every_frame() {
         for (obstacle, is_between) in [(between, true), (beside, false)] {
             let mut world = World::new(exact()).unwrap();
             world.add_obstacle(obstacle);
-            let ids =
-                [-30.0, 30.0].map(|x| kilobot(&mut world, x, 0.0, 0.0, Probe::talking()));
+            let ids = [-30.0, 30.0].map(|x| kilobot(&mut world, x, 0.0, 0.0, Probe::talking()));
             run(&mut world, 100);
             let link = *world.statistics().link(Medium::Infrared);
             let all = ids.map(|id| probe(&world, id).received.len());
@@ -106,7 +105,7 @@ fn bright_at(distance_mm: f32) -> u16 {
     (1000.0 * (-0.002 * distance_mm).exp()) as u16
 }
 
-/// A box between lamp and sensor, as in the review of the physics: 376 of 1023 behind it, and 0 in its shadow.
+/// At 500 mm a lamp of 1023 gives 1023 exp(-1) = 376, and in the shadow of a box nothing.
 #[test]
 fn a_box_casts_a_shadow() {
     let mut world = World::new(exact()).unwrap();

@@ -75,7 +75,7 @@ fn results_run_again() {
 fn an_expectation_that_held_early_names_its_own_time() {
     let script = "n = 0\nfunction step() {\n  n = n + 1\n  led(0)\n  if(n >= 10 and n < 30) led(1)\n  if(n >= 101) led(1)\n}\n";
     let scenario = "[assignment]\ntitle = \"Red\"\ntext = \"Be red.\"\n[world]\nsize = [400, 400]\nduration = 12\n\
-                    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 2\n\
+                    [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 2\nclock_skew = 0\n\
                     [[expect]]\nat = 2\nvalue = \"led\"\nequals = 1\n\
                     [[expect]]\nat = 12\nvalue = \"led\"\nequals = 1\n\
                     [[expect]]\nat = 5\nvalue = \"led\"\nequals = 1\n";

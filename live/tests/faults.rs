@@ -30,7 +30,7 @@ function average(last) {
 const PART: &str = "function outside(x) { return x + 1 }\n";
 
 const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 10\n\n\
-    [[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\ncount = 6\n";
+    [[robots]]\nrobot = \"kilobot\"\nscript = \"walk.bzz\"\nclock_skew = 0\ncount = 6\n";
 
 const ASSIGNMENT: &str = "\n[assignment]\ntitle = \"Walk\"\ntext = \"Walk.\"\n";
 

@@ -25,7 +25,8 @@ const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 10\n\
     [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nname = \"pair\"\ncount = 2\nfirst_id = 6\n\n\
     [[expect]]\nat = 2\nrobots = 6\nvalue = \"global.n\"\nequals = 19\n\n\
     [[expect]]\nwithin = 3\nvalue = \"x\"\nbelow = -1000\n\n\
-    [output]\nplot = [\"global.n\"]\n";
+    [output]\nplot = [\"global.n\"]\n\n\
+    [medium.ir]\nclock_error = 0\n";
 
 fn files() -> MemoryFiles {
     MemoryFiles::default()

@@ -117,7 +117,7 @@ def test_the_first_tab_tells_what_is_shown(page):
     expect(about.locator("> p")).to_have_text(["Three kinds of robots, which show colors."])
     kinds = about.locator(".kinds li")
     expect(kinds).to_have_text([
-        "2 × kilobot, ids 1 to 2, script s.bzz, Infrared within 70 mm from rim to rim",
+        "2 × kilobot, ids 1 to 2, script s.bzz, Infrared within 117 mm from rim to rim",
         "1 × zooids, id 5, script s.bzz, nRF24 without a limit of range",
         "1 × crazyflie, id 9, script fly.bzz, P2P without a limit of range",
     ])
@@ -144,7 +144,7 @@ def test_the_panel_names_the_color_and_the_range(page):
     page.locator("#canvas").press("n")
     go(page, 20)
     expect(fact(page, "LED")).to_have_text("off")
-    expect(fact(page, "Range")).to_have_text("Infrared within 70 mm from rim to rim")
+    expect(fact(page, "Range")).to_have_text("Infrared within 117 mm from rim to rim")
     page.locator("#canvas").press("n")
     expect(fact(page, "LED")).to_have_text("Mmagenta: in a group")
     page.locator("#canvas").press("n")

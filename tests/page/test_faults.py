@@ -64,6 +64,9 @@ at = 2
 robots = "lamps"
 value = "led"
 equals = 1
+
+[medium.ir]
+clock_error = 0
 """
 
 ASSIGNMENT = """

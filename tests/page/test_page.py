@@ -52,6 +52,7 @@ count = 2
 first_id = 6
 positions = [[-30, 0], [40, 0]]
 heading = 90
+clock_skew = 0
 
 [[event]]
 at = 30

@@ -42,6 +42,7 @@ robot = "kilobot"
 script = "walk.bzz"
 count = 2
 first_id = 2
+clock_skew = 0
 """
 
 

@@ -10,6 +10,7 @@ use super::id::RobotId;
 use super::light::{self, Lamp, Lighting};
 use super::link::{DeliveredFrame, FrameSighting, Late, Medium, SentFrame, Transmission};
 use super::obstacle::Obstacle;
+use super::oscillator::Oscillator;
 use super::paint::WHITE;
 use super::ranger::Sight;
 use super::ray::{Ray, Side};
@@ -67,6 +68,8 @@ pub struct Io<'a> {
     pub id: RobotId,
     /// Ticks since the world began.
     pub now: u64,
+    /// The robot's own clock.
+    pub clock: Oscillator,
     /// The frames received since the last tick.
     pub inbox: TickFrames<'a>,
     /// Light, distances, neighbors and position.

@@ -18,15 +18,16 @@
 //! # Simplifications
 //! * Walls and obstacles block infrared and the light of lamps, but no radio; robots block nothing.
 //! * If two frames overlap, the stronger one is lost, too. A frame disturbs others exactly as far as
-//!   it can be received.
+//!   it can be received. In the edge of an infrared range each frame has its own chance; that some
+//!   pairs of robots reach farther than others is not modeled.
 //! * All scripts see the state of the world at the beginning of the tick. Only their frames are
 //!   sent at different times within the tick.
 //! * A contact does not rotate a body, and bodies have no mass: two bodies that overlap both move
 //!   by half of the overlap. A [`MovableDisc`] is such a body without a drive, and has no friction
 //!   either. The 15 ms of spin-up of a Kilobot are too fast to be modeled here,
 //!   temperature is too slow. A model may simulate more, such as the attitude of a drone.
-//! * The rate of a Kilobot's clock has a constant error and does not drift. Two hidden terminals
-//!   with equal rates may therefore collide for a long time.
+//! * The rate of a Kilobot's oscillator has a constant error, although temperature and voltage would
+//!   change it. Two hidden terminals with equal rates may therefore collide for a long time.
 //! * The position estimate of a Crazyflie starts at the true position in the frame of the world,
 //!   even with a Flow deck.
 //!
@@ -70,6 +71,7 @@ mod light;
 mod link;
 mod movable;
 mod obstacle;
+mod oscillator;
 mod outside;
 mod paint;
 mod pool;
@@ -98,12 +100,13 @@ pub use id::RobotId;
 pub use intruder::{Intruder, IntruderSettings};
 pub use light::{Lamp, LightId};
 pub use link::{
-    Arrival, Fate, FrameLog, FrameSighting, Infrared, LinkSettings, Loss, LossCause, Media, Medium,
-    Nrf24Medium, P2p, RangeAndBearing, SendAttempt, SentFrame,
+    Arrival, Fate, FrameLog, FrameSighting, Infrared, InfraredPreset, LinkSettings, Loss,
+    LossCause, Media, Medium, Nrf24Medium, P2p, RangeAndBearing, SendAttempt, SentFrame,
 };
 pub use movable::MovableDisc;
 pub(crate) use obstacle::OVERLAP_TOLERANCE_MM;
 pub use obstacle::Obstacle;
+pub use oscillator::Oscillator;
 pub use paint::{PaintedGround, Patch, PatchShape};
 pub use ray::Side;
 pub use robot::{RobotState, RobotView};

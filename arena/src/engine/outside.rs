@@ -61,6 +61,15 @@ impl<B: Brain> World<B> {
         Ok(())
     }
 
+    /// Makes the oscillator of a robot fast by `error_ppm` millionths from now on; a negative number
+    /// makes it slow.
+    pub fn set_clock_error(&mut self, id: RobotId, error_ppm: i32) -> Result<(), UnknownRobot> {
+        let index = self.index(id)?;
+        let medium = self.herd_of(index).medium;
+        self.robots[index].radio.set_clock_error(medium, error_ppm);
+        Ok(())
+    }
+
     /// Sets the LED of a robot: the sum of 1 red, 2 green, 4 blue.
     pub fn shine(&mut self, id: RobotId, led: u8) -> Result<(), UnknownRobot> {
         let index = self.index(id)?;

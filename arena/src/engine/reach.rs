@@ -44,6 +44,12 @@ impl<B: Brain> World<B> {
         barriers.connect(self.herd_of(one).medium, a, here, b, there)
     }
 
+    /// Returns true if the world has walls, obstacles or movable discs.
+    #[must_use]
+    pub fn has_walls(&self) -> bool {
+        !self.shadows().is_empty()
+    }
+
     pub(crate) fn shadows(&self) -> Shadows<'_> {
         Shadows { obstacles: &self.obstacles, movables: &self.crowd.movables }
     }

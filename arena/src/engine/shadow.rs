@@ -4,7 +4,7 @@
 //! media have no model of damping. Robots cast no shadow, as in ARGoS for messages. In the
 //! validation data of argos3-kilobot two robots in line between sender and receiver seem to block
 //! infrared (0.003 of the frames at 150 mm along a row of the grid, 0.14 at 158 mm past it), but
-//! this was not measured for itself, and robots that do not stand in line hide nobody.
+//! this was not measured for itself, and robots that do not stand in line hide no sender.
 
 use super::movable::Movables;
 use super::obstacle::Obstacles;
@@ -18,6 +18,11 @@ pub(crate) struct Shadows<'a> {
 }
 
 impl Shadows<'_> {
+    /// Returns true if nothing casts a shadow.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.obstacles.all().is_empty() && self.movables.is_empty()
+    }
+
     /// Returns true if something higher than `height_mm` is between two places.
     pub(crate) fn separate(
         &self,
@@ -25,7 +30,7 @@ impl Shadows<'_> {
         (to_x, to_y): (f32, f32),
         height_mm: f32,
     ) -> bool {
-        if self.obstacles.all().is_empty() && self.movables.is_empty() {
+        if self.is_empty() {
             return false;
         }
         // Light that comes from the place itself meets nothing.

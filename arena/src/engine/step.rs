@@ -197,10 +197,7 @@ impl<B: Brain> World<B> {
         let window = Window {
             barriers: Barriers {
                 topology: &self.topology,
-                shadows: Shadows {
-                    obstacles: &self.obstacles,
-                    movables: &self.crowd.movables,
-                },
+                shadows: Shadows { obstacles: &self.obstacles, movables: &self.crowd.movables },
             },
             herds: &self.herds,
             poses: &self.poses,
@@ -318,6 +315,7 @@ impl Thinker<'_> {
         brain.tick(&mut Io {
             id,
             now,
+            clock: robot.radio.oscillator,
             inbox: TickFrames {
                 received: &scratch.received,
                 air: ether.air.transmissions(),
@@ -340,7 +338,7 @@ impl Thinker<'_> {
                 return;
             }
             let mut stream = Stream::new(around.seed, StreamPurpose::Send, id.0, now);
-            robot.radio.plan(*medium, media, &mut stream);
+            robot.radio.plan(*medium, media, now, &mut stream);
         }
         if robot.radio.attempt < TICK_US as i32 {
             scratch.planned[*medium as usize].push(Attempt { at: robot.radio.attempt, robot: id });

@@ -27,6 +27,8 @@ pub(crate) enum StreamPurpose {
     BrownOut = 9,
     /// The loss of frames between robots in emulators.
     Emulated = 10,
+    /// The brightness of frames in the edge of a range.
+    Brightness = 11,
 }
 
 /// A stream of random numbers, which is identical on every machine.

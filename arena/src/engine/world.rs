@@ -80,7 +80,7 @@ impl<B: Brain> World<B> {
             lights: Vec::new(),
             crowd: Crowd::new(area),
             substeps: 1,
-            air: Medium::ALL.map(|medium| Transmissions::new(medium, area)),
+            air: Medium::ALL.map(|medium| Transmissions::new(medium, area, settings.seed)),
             schedules: Default::default(),
             topology: Topology::default(),
             calibration: Calibration::new(),

@@ -11,7 +11,6 @@ use crate::engine::{Brain, Digest, Io};
 
 use super::call::{BatteryState, PoseError};
 use super::checks::{Costs, Findings, MachineChecker, Watch, WatchStop, WatchedTick};
-use super::clock::ScriptClock;
 use super::content::{ScriptNumber, VariableContent};
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultRecord};
@@ -254,11 +253,6 @@ impl SimRobot {
         self.change_pose_error(|error| {
             error.seen_as = (error.seen_as != Some(offset)).then_some(offset);
         });
-    }
-
-    /// Makes the clock of the script fast by `ppm` millionths; a negative number makes it slow.
-    pub fn skew_clock(&mut self, ppm: i32) {
-        self.state.clock = ScriptClock::fast_by(ppm);
     }
 
     /// Returns the battery at a time of the run in ms, if it is known.

@@ -7,7 +7,6 @@
 mod brain;
 mod call;
 pub mod checks;
-mod clock;
 mod content;
 mod context;
 mod described;

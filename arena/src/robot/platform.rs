@@ -141,7 +141,7 @@ impl<P: Profile> Host<P> for Platform<'_, '_> {
     }
 
     fn delay_is_over(&mut self, ms: i32, again: bool) -> bool {
-        let now = self.state.clock.time_us(self.io.now) / 1000;
+        let now = self.io.clock.time_us(self.io.now) / 1000;
         let awake = &mut self.state.awake;
         if !again {
             // A negative time is over at once.

@@ -8,11 +8,10 @@ use bittybuzz_robot_spec::OnFault;
 use bittybuzz_vm_core::number::Profile;
 use bittybuzz_vm_core::{ByteCode, Entry, Fault, FaultCode, Vm};
 
-use crate::engine::{Digest, Io, Stream, TICK_US};
+use crate::engine::{Digest, Io, Oscillator, Stream, TICK_US};
 
 use super::call::{Autopilot, FunctionMemory, PoseError};
 use super::checks::{MachineChecker, Watch};
-use super::clock::ScriptClock;
 use super::content::ScriptNumber;
 use super::context::GroupContext;
 use super::faults::{Consequence, FaultCounts, FaultRecord, Faults};
@@ -51,8 +50,7 @@ pub struct RobotContext {
     /// True if the stage is not yet done because the script called a function that waits.
     pub is_waiting: bool,
     pub overruns: Option<Box<Overruns>>,
-    pub clock: ScriptClock,
-    /// The time of the clock in µs at which the next step is due.
+    /// The time of the robot's clock in µs at which the next step is due.
     pub due_us: u64,
     /// The number of completed steps.
     pub steps: u32,
@@ -94,7 +92,6 @@ impl RobotContext {
             is_running: false,
             is_waiting: false,
             overruns: None,
-            clock: ScriptClock::EXACT,
             due_us: 0,
             steps: 0,
             awake: 0,
@@ -120,9 +117,7 @@ impl RobotContext {
 
     /// Adds the state that determines how the robot continues to a digest, except the machine.
     pub fn add_to(&self, digest: &mut Digest) {
-        let RobotContext {
-            context, stage, is_running, is_waiting, overruns, clock, due_us, ..
-        } = self;
+        let RobotContext { context, stage, is_running, is_waiting, overruns, due_us, .. } = self;
         let RobotContext { steps, awake, memory, faults, .. } = self;
         // An event may have replaced the script. A question changes nothing by its place in the image,
         // but by the values that it leaves. The other values of the group come from the
@@ -130,7 +125,7 @@ impl RobotContext {
         context.origin.image().hash(digest);
         (*stage as u8, is_running, is_waiting, due_us, steps, awake).hash(digest);
         memory.add_to(digest);
-        digest.text_of(&(clock, overruns, faults));
+        digest.text_of(&(overruns, faults));
         if !self.settings.is_empty() {
             digest.text_of(&self.settings);
         }
@@ -164,8 +159,8 @@ impl RobotContext {
     }
 
     /// Returns true if the robot was stopped since its last step.
-    pub fn was_stopped(&self, now: u64) -> bool {
-        let late_us = self.clock.time_us(now).saturating_sub(self.due_us);
+    pub fn was_stopped(&self, clock: Oscillator, now: u64) -> bool {
+        let late_us = clock.time_us(now).saturating_sub(self.due_us);
         self.stage == ScriptStage::Step && late_us > 2 * self.step_us()
     }
 
@@ -175,15 +170,19 @@ impl RobotContext {
 
     /// Returns true if a step is due, and plans the next one. The first step is due at once, in the
     /// tick of the global code. With a fast clock, a second step may be due in a tick.
-    pub fn take_due(&mut self, now: u64) -> bool {
-        let now_us = self.clock.time_us(now);
+    pub fn take_due(&mut self, clock: Oscillator, now: u64) -> bool {
+        let now_us = clock.time_us(now);
         let is_due = now_us >= self.due_us;
         if is_due {
             let step_us = self.step_us();
             // An exact clock follows the ticks of the world. Any other clock keeps its own rhythm,
             // but does not make up for the steps that were left out while the robot was stopped.
             let is_on_time = now_us - self.due_us <= 2 * step_us;
-            let from = if !self.clock.is_exact() && is_on_time { self.due_us } else { now_us };
+            let from = if !clock.is_exact() && is_on_time {
+                self.due_us
+            } else {
+                now_us - now_us % u64::from(TICK_US)
+            };
             self.due_us = from + step_us;
         }
         is_due

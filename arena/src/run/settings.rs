@@ -38,6 +38,11 @@ pub fn media_of(scenario: &Scenario, mut media: engine::Media, group: &Group) ->
 
 fn set_medium(media: &mut engine::Media, medium: Medium, differs: &MediumSettings) {
     let link = media.link_mut(medium);
+    if let Some(preset) = differs.preset {
+        let engine::LinkSettings { range, edge, loss, .. } = preset.link();
+        (link.range, link.edge, link.loss) = (range, edge, loss);
+    }
+    set(&mut link.edge, differs.edge);
     if let Some(range) = differs.range {
         link.range = Some(range as f32);
     }
@@ -48,6 +53,8 @@ fn set_medium(media: &mut engine::Media, medium: Medium, differs: &MediumSetting
     set(&mut link.reorder, differs.reordering);
     // Only infrared has these.
     set(&mut media.infrared.distance_sigma, differs.distance_error);
+    let clock_sigma = differs.clock_error.map(|percent| percent / 100.0);
+    set(&mut media.infrared.clock_sigma, clock_sigma);
     if let Some(rate) = differs.rate {
         // The period is in units of 128 µs.
         media.infrared.tx_period = (1.0 / rate / 128e-6).clamp(1.0, 65_535.0) as u16;

@@ -678,12 +678,6 @@ impl Simulation {
             }
         };
         let mut robot = robot.expect("the machine accepted the image in the setup");
-        let [slowest, fastest] = of.clock_skew;
-        if slowest != 0.0 || fastest != 0.0 {
-            let share = f64::from(Stream::for_clock(self.seed.into(), own_id).unit());
-            // From percent to millionths.
-            robot.skew_clock(((slowest + (fastest - slowest) * share) * 1e4).round() as i32);
-        }
         if let Some(interest) = self.interest {
             robot.watch(interest);
         }
@@ -696,7 +690,15 @@ impl Simulation {
         let Some(id) = there else {
             let pose = self.event_queue.start_of(number);
             match self.world.add(self.herds[group.0], pose, robot) {
-                Ok(id) => self.event_queue.joined(number, id),
+                Ok(id) => {
+                    if let Some([slowest, fastest]) = of.clock_skew {
+                        let share = f64::from(Stream::for_clock(self.seed.into(), own_id).unit());
+                        // From percent to millionths.
+                        let error_ppm = (slowest + (fastest - slowest) * share) * 1e4;
+                        self.world.set_clock_error(id, error_ppm.round() as i32).expect(JOINED);
+                    }
+                    self.event_queue.joined(number, id);
+                }
                 // Adversaries have taken the last ids, so the robot cannot join.
                 Err(AddError::TooMany) => {}
                 Err(error) => panic!("the start poses are inside the world: {error}"),

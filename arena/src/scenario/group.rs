@@ -55,8 +55,8 @@ pub struct Group {
     /// True if the robots are present at the start; otherwise an event lets them join.
     pub present: bool,
     /// The range of the percentage by which the clock of a robot is fast; a negative clock skew is
-    /// slow.
-    pub clock_skew: [f64; 2],
+    /// slow. Without it a robot has the error of its medium's clocks.
+    pub clock_skew: Option<[f64; 2]>,
     /// The mean time in seconds between two brown-outs of a robot; `None` if there are none.
     pub brown_out_every: Option<f64>,
     /// The settings of the robots' frames that differ from those of the medium.

@@ -83,12 +83,15 @@ pub const GAIN_ERROR: RangeInclusive<f64> = 0.0..=1.0;
 
 /// The keys of infrared, which measures distances and has a rate.
 const IR_KEYS: &[SectionKey] = scenario_keys![
-    "range" "number" "70" "largest distance of reception in mm, between the rims",
-    "loss" "0 to 1 or [near, far]" "[0.05, 0.15]" "share of lost frames on each link: one value for all distances, or for robots that touch and for the largest distance",
+    "preset" "word" "of [body.kilobot]" "experiment that gives range, edge and loss: ants2018, ants2018-long or icra2012",
+    "range" "number" "117" "distance between the rims at which half of the frames are bright enough, in mm",
+    "edge" "0 to 1000" "10" "half of the width of the range's edge in mm, over which reception falls from 90 % to a half; 0: the range ends sharply",
+    "loss" "0 to 1 or [near, far]" "0.042" "share of lost frames on each link: one value for all distances, or for robots that touch and for the largest distance",
     "duplication" "0 to 1" "0" "share of frames that arrive twice",
     "reordering" "0 to 1" "0" "share of frames that arrive up to half a second late",
     "rate" "number" "2" "frames per second that a robot can send",
     "distance_error" "number" "2" "standard deviation of measured distances in mm",
+    "clock_error" "0 to 10" "0.5" "standard deviation of the robots' oscillators in percent, by which scripts and frames count time",
 ];
 
 /// The keys of radios, and of the link of described robots.
@@ -170,7 +173,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "door" "1 to 65535" "none" "image: UDP port at which ground stations reach the first robot; the others have the next ports",
             "profile" "word" "that of the robot" "for robots with both profiles: tiny, if the swarm also has smaller robots, or full",
             "on_fault" "word" "that of the robot" "after an error of the script: restart, it starts again after a pause; stop, it stops until power-on",
-            "clock_skew" "percent or [least, most]" "0" "error of the scripts' clocks: positive is fast; with two numbers each robot has an error between them",
+            "clock_skew" "percent or [least, most]" "Kilobots: random, by `clock_error`; others: 0" "error of the robots' clocks: positive is fast; with two numbers each robot has an error between them",
             "brown_out_every" "number" "never" "mean time between two brown-outs of a robot, in seconds",
             "count" "integer" "1" "number of robots; with `positions`, the number of positions",
             "name" "string" "name of the robot" "name of the group in events and expectations",

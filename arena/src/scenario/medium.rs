@@ -2,7 +2,7 @@
 
 use toml::de::DeValue;
 
-use crate::engine::Medium;
+use crate::engine::{InfraredPreset, Medium};
 
 use super::error::ScenarioCause;
 use super::keys::{IR, NRF24, P2P, RAB};
@@ -11,9 +11,13 @@ use super::read::{Entry, Section};
 /// The settings of a medium. A field that is `None` follows the physical model of the medium.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct MediumSettings {
+    /// The experiment from which range, edge and loss come; infrared only.
+    pub preset: Option<InfraredPreset>,
     /// The largest distance in mm at which a frame is received: from rim to rim for infrared, from
-    /// middle to middle for radio.
+    /// middle to middle for radio. With an edge, half of the frames are received there.
     pub range: Option<f64>,
+    /// Half of the width of the range's edge in mm; infrared only.
+    pub edge: Option<f64>,
     /// The share of frames that are lost.
     pub loss: Option<LossSetting>,
     /// The share of frames that arrive twice.
@@ -24,6 +28,8 @@ pub struct MediumSettings {
     pub rate: Option<f64>,
     /// Standard deviation of measured distances in mm; infrared only.
     pub distance_error: Option<f64>,
+    /// Standard deviation of the robots' oscillators in percent; infrared only.
+    pub clock_error: Option<f64>,
 }
 
 /// The share of frames that are lost on a link, in addition to collisions.
@@ -120,7 +126,9 @@ pub fn link(group: &Section<'_>, name: &'static str) -> MediumSettings {
 fn read_one(section: &Section<'_>) -> MediumSettings {
     let share = |key| section.number(key, 0.0..=1.0);
     MediumSettings {
+        preset: section.word("preset", &InfraredPreset::WORDS),
         range: section.number("range", 1.0..=1e6),
+        edge: section.number("edge", 0.0..=1000.0),
         loss: section.get("loss").and_then(|entry| loss(&entry)),
         duplication: share("duplication"),
         reordering: share("reordering"),
@@ -128,6 +136,7 @@ fn read_one(section: &Section<'_>) -> MediumSettings {
         // in units of 128 µs, which limits it from below.
         rate: section.number("rate", 0.12..=225.0),
         distance_error: section.number("distance_error", 0.0..=1000.0),
+        clock_error: section.number("clock_error", 0.0..=10.0),
     }
 }
 

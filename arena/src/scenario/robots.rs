@@ -251,8 +251,8 @@ fn group(
         heading: heading?,
         present: section.boolean("present").unwrap_or(true),
         clock_skew: match section.get("clock_skew") {
-            Some(entry) => clock_skew(&entry)?,
-            None => [0.0; 2],
+            Some(entry) => Some(clock_skew(&entry)?),
+            None => None,
         },
         brown_out_every: section.number("brown_out_every", 0.1..=1e9),
         model: model?,

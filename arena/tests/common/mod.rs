@@ -121,7 +121,7 @@ impl Brain for Probe {
     }
 }
 
-/// Settings without any chance: equal robots, no loss, no noise, exact clocks.
+/// Settings without any chance: equal robots, no loss, no noise, exact clocks. Infrared ends sharply 70 mm from rim to rim.
 pub fn exact() -> Settings {
     let mut settings =
         Settings { area: Area { width: 4000.0, height: 4000.0 }, ..Settings::default() };
@@ -135,6 +135,8 @@ pub fn exact() -> Settings {
     for link in links(&mut settings) {
         link.loss = Loss::even(0.0);
     }
+    settings.infrared.link.range = Some(70.0);
+    settings.infrared.link.edge = 0.0;
     settings.infrared.distance_sigma = 0.0;
     settings.infrared.clock_sigma = 0.0;
     settings

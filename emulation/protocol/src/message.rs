@@ -243,8 +243,12 @@ pub enum Command {
     },
     /// Sets the range of the light between Kilobots, and the error of measured distances.
     Infrared {
-        /// Range between the robots' centers, in mm.
+        /// Range between the robots' centers, in mm: half of the frames are bright enough there.
         range_mm: f64,
+        /// Half of the width of the range's edge in mm: reception falls from 90 % to a half, and
+        /// from there to 10 %, over this distance.
+        #[serde(default)]
+        edge_mm: f64,
         /// Standard deviation of a measured distance, in mm.
         noise_mm: f64,
         /// Start of the pseudo-random sequence.

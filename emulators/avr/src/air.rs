@@ -5,8 +5,34 @@ use std::collections::{BTreeSet, VecDeque};
 use bittybuzz_chips::{Random, Time};
 use bittybuzz_kilobot_board::{Amplitude, DIAMETER_MM, Edge, LightChange};
 
-/// Range from center to center in mm (Rubenstein, Ahler, Nagpal, ICRA 2012).
-const RANGE_MM: f64 = 100.0;
+/// The reach of light between robots, from center to center.
+#[derive(Clone, Copy, Debug)]
+pub struct Range {
+    /// The distance in mm at which half of the bursts are bright enough.
+    pub middle_mm: f64,
+    /// The half width of the edge in mm, over which this share rises to 90 % or falls to 10 %.
+    pub edge_mm: f64,
+}
+
+impl Range {
+    /// The makers' figure (Rubenstein, Ahler, Nagpal, ICRA 2012), with a sharp end.
+    const ICRA_2012: Self = Range { middle_mm: 100.0, edge_mm: 0.0 };
+
+    /// Returns the distance in mm beyond which no burst is bright enough. The simulator's infrared
+    /// has the same limits (arena/src/engine/link/edge.rs).
+    fn end_mm(self) -> f64 {
+        self.middle_mm + 2.0 * self.edge_mm
+    }
+
+    /// Returns the share of the bursts that are bright enough: a logistic curve.
+    fn share(self, distance_mm: f64) -> f64 {
+        let beyond_mm = distance_mm - self.middle_mm;
+        if self.edge_mm == 0.0 || beyond_mm <= -2.0 * self.edge_mm {
+            return 1.0;
+        }
+        1.0 / (1.0 + (9_f64.ln() * beyond_mm / self.edge_mm).exp())
+    }
+}
 
 /// The distance in mm at which every robot sees the controller above the table. A choice.
 const CONTROLLER_MM: f64 = DIAMETER_MM + 40.0;
@@ -28,10 +54,10 @@ pub struct InfraredAir {
     seen: Vec<Vec<(usize, f64)>>,
     /// For each robot, the robots that it does not see although they are in range.
     deaf: Vec<BTreeSet<usize>>,
-    range_mm: f64,
+    range: Range,
     noise_mm: f64,
     lose: f64,
-    /// The seeds of readings and of losses.
+    /// The seeds of readings and of losses; bursts in the edge of the range have that of readings.
     seeds: [u64; 2],
     /// The known changes of each robot's LED in this window; the controller's are the last entry.
     edges: Vec<Vec<Edge>>,
@@ -42,6 +68,14 @@ pub struct InfraredAir {
     lost: u64,
 }
 
+/// A purpose of random numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    Reading = 0,
+    Loss = 1,
+    Brightness = 2,
+}
+
 impl InfraredAir {
     /// Creates the light between `count` robots, none of which sees another yet.
     pub fn new(count: usize) -> Self {
@@ -49,7 +83,7 @@ impl InfraredAir {
             places: vec![None; count],
             seen: vec![Vec::new(); count],
             deaf: vec![BTreeSet::new(); count],
-            range_mm: RANGE_MM,
+            range: Range::ICRA_2012,
             noise_mm: 0.0,
             lose: 0.0,
             seeds: [0; 2],
@@ -77,7 +111,7 @@ impl InfraredAir {
         let distance = self.places[robot]
             .zip(self.places[other])
             .map(|([x, y], [to_x, to_y])| (to_x - x).hypot(to_y - y));
-        let in_range = distance.filter(|distance| *distance <= self.range_mm);
+        let in_range = distance.filter(|distance| *distance <= self.range.end_mm());
         let seen = &mut self.seen[robot];
         let at = seen.binary_search_by_key(&other, |(other, _)| *other);
         match (at, in_range) {
@@ -100,9 +134,9 @@ impl InfraredAir {
         seen.chain([(self.places.len(), CONTROLLER_MM)])
     }
 
-    /// Sets the range of light, and the standard deviation of a measured distance, both in mm.
-    pub fn set_light(&mut self, range_mm: f64, noise_mm: f64, seed: u64) {
-        (self.range_mm, self.noise_mm, self.seeds[0]) = (range_mm, noise_mm, seed);
+    /// Sets the range of light, and the standard deviation of a measured distance in mm.
+    pub fn set_light(&mut self, range: Range, noise_mm: f64, seed: u64) {
+        (self.range, self.noise_mm, self.seeds[0]) = (range, noise_mm, seed);
         for robot in 0..self.places.len() {
             self.place(robot, self.places[robot]);
         }
@@ -163,7 +197,9 @@ impl InfraredAir {
         }
         for (from, distance) in self.visible(robot) {
             for edge in &self.edges[from] {
-                if !self.is_lost(robot, from, edge.burst) {
+                let is_seen = self.is_bright(robot, from, distance, edge.burst)
+                    && !self.is_lost(robot, from, edge.burst);
+                if is_seen {
                     lights.push(LightChange {
                         at: edge.at,
                         on: edge.on,
@@ -177,14 +213,23 @@ impl InfraredAir {
         lights
     }
 
-    fn random(&self, which: usize, robot: usize, from: usize, at: Time) -> Random {
-        // The random numbers of readings and of losses are independent even with equal seeds.
-        let number = (which as u64) << 32 | (robot as u64) << 16 | from as u64;
-        Random::for_item(self.seeds[which] ^ at.picos(), number)
+    fn random(&self, purpose: Purpose, robot: usize, from: usize, at: Time) -> Random {
+        // The random numbers of the purposes are independent even with equal seeds.
+        let number = (purpose as u64) << 32 | (robot as u64) << 16 | from as u64;
+        let seed = self.seeds[usize::from(purpose == Purpose::Loss)];
+        Random::for_item(seed ^ at.picos(), number)
     }
 
     fn is_lost(&self, robot: usize, from: usize, burst: Time) -> bool {
-        self.lose > 0.0 && self.random(1, robot, from, burst).chance(self.lose)
+        self.lose > 0.0 && self.random(Purpose::Loss, robot, from, burst).chance(self.lose)
+    }
+
+    /// Returns true if a burst is bright enough for a robot. The controller is everywhere.
+    fn is_bright(&self, robot: usize, from: usize, distance: f64, burst: Time) -> bool {
+        let share = self.range.share(distance);
+        share == 1.0
+            || from == self.places.len()
+            || self.random(Purpose::Brightness, robot, from, burst).chance(share)
     }
 
     fn amplitude(&self, robot: usize, from: usize, distance: f64, edge: &Edge) -> Amplitude {
@@ -192,7 +237,7 @@ impl InfraredAir {
             return Amplitude::default();
         }
         let error = if self.noise_mm > 0.0 {
-            self.noise_mm * gauss(&mut self.random(0, robot, from, edge.at))
+            self.noise_mm * gauss(&mut self.random(Purpose::Reading, robot, from, edge.at))
         } else {
             0.0
         };
@@ -203,10 +248,14 @@ impl InfraredAir {
     /// see them.
     pub fn end(&mut self) {
         for robot in 0..self.places.len() {
-            for (from, _) in self.visible(robot).collect::<Vec<_>>() {
-                for edge in self.edges[from].iter().filter(|e| e.on && e.at == e.burst) {
-                    self.carried += 1;
-                    self.lost += u64::from(self.is_lost(robot, from, edge.burst));
+            for (from, distance) in self.visible(robot).collect::<Vec<_>>() {
+                let began = self.edges[from].iter().filter(|e| e.on && e.at == e.burst);
+                let bursts: Vec<Time> = began.map(|edge| edge.burst).collect();
+                for burst in bursts {
+                    if self.is_bright(robot, from, distance, burst) {
+                        self.carried += 1;
+                        self.lost += u64::from(self.is_lost(robot, from, burst));
+                    }
                 }
             }
         }
@@ -280,12 +329,39 @@ mod tests {
         assert!(air.lights_for(1).is_empty());
     }
 
+    /// The validation files of argos3-kilobot, series tau 0.25 and 0.5: 0.785 of the frames at 141 mm
+    /// and 0.145 at 158 mm, where 0.04 are lost anyway. A flash is seen whole or not at all.
+    #[test]
+    fn the_range_has_an_edge() {
+        let mut air = InfraredAir::new(4);
+        for (robot, x) in [0.0, 100.0, 141.4, 158.1].into_iter().enumerate() {
+            air.place(robot, Some([x, 0.0]));
+        }
+        air.set_light(Range { middle_mm: 150.0, edge_mm: 10.0 }, 0.0, 7);
+        let mut seen = [0; 4];
+        for flashes in 0..4000 {
+            air.begin(Time::from_millis(1));
+            air.learn([&flash(flashes)[..], &[], &[], &[]].into_iter());
+            for (robot, seen) in seen.iter_mut().enumerate() {
+                let lights = air.lights_for(robot);
+                assert!([0, 2].contains(&lights.len()));
+                *seen += lights.len() / 2;
+            }
+            air.end();
+        }
+        let [of_itself, near, inner, outer] = seen.map(|seen| seen as f64 / 4000.0 * 0.96);
+        assert_eq!((of_itself, near), (0.0, 0.96));
+        assert!((inner - 0.785).abs() < 0.06 && (outer - 0.145).abs() < 0.06, "{inner} {outer}");
+        let (carried, lost) = air.counted();
+        assert_eq!((carried, lost), (seen.iter().sum::<usize>() as u64, 0));
+    }
+
     #[test]
     fn noise_and_losses_are_the_same_every_time() {
         let mut air = InfraredAir::new(2);
         air.place(0, Some([0.0, 0.0]));
         air.place(1, Some([0.0, 90.0]));
-        air.set_light(100.0, 2.0, 7);
+        air.set_light(Range { middle_mm: 100.0, edge_mm: 0.0 }, 2.0, 7);
         air.lose(0.5, 7);
         let mut readings = Vec::new();
         for flashes in 0..400 {

@@ -19,7 +19,7 @@ use bittybuzz_kilobot_board::{Amplitude, Edge, LightChange, Surroundings};
 use bittybuzz_simavr::{DATA, SimavrChip};
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
-use crate::air::InfraredAir;
+use crate::air::{InfraredAir, Range};
 use crate::robot::EmulatedKilobot;
 
 /// The length of a window, after which robots exchange their light. A longer window means more
@@ -337,9 +337,12 @@ impl EmulatedRobots for KilobotFleet {
                 board.set_surroundings(Surroundings { light, celsius });
             }
             Command::Air { lose, seed } => self.air.lose(probability(lose)?, seed),
-            Command::Infrared { range_mm, noise_mm, seed } => {
-                let (range, noise) = (finite("range_mm", range_mm)?, finite("noise_mm", noise_mm)?);
-                self.air.set_light(range, noise, seed);
+            Command::Infrared { range_mm, edge_mm, noise_mm, seed } => {
+                let range = Range {
+                    middle_mm: finite("range_mm", range_mm)?,
+                    edge_mm: finite("edge_mm", edge_mm)?.max(0.0),
+                };
+                self.air.set_light(range, finite("noise_mm", noise_mm)?, seed);
                 for (number, member) in self.members.iter_mut().enumerate() {
                     member.robot.board.set_seed(seed.wrapping_add(number as u64 + 1));
                 }

@@ -2,6 +2,7 @@
 
 use core::hash::Hash;
 
+use super::edge::{Edge, farthest_mm};
 use super::packet::Transmission;
 use super::radio::deferral_us;
 use super::topology::Barriers;
@@ -11,6 +12,7 @@ use crate::engine::digest::Digest;
 use crate::engine::geometry::{Area, Pose};
 use crate::engine::grid::Cells;
 use crate::engine::id::RobotId;
+use crate::engine::stream::{Stream, StreamPurpose};
 
 /// The largest number of cells of a medium. A tick does not clear all of them, so they cost only
 /// memory.
@@ -29,6 +31,8 @@ struct Beam {
     from: RobotId,
     /// Index of the sender's link in [`Transmissions`].
     link: u16,
+    /// A random number, from which its brightness at each receiver follows.
+    key: u64,
     /// Index of the transmission before in the same cell, or [`END`].
     earlier: u32,
 }
@@ -37,6 +41,10 @@ struct Beam {
 #[derive(Clone, Debug)]
 pub(crate) struct Transmissions {
     pub(crate) medium: Medium,
+    seed: u64,
+    /// The beginning of the tick in which the latest transmissions started, in µs since the world
+    /// began.
+    window_us: u64,
     /// The links on this medium: one per herd and one per intruder.
     links: Vec<Reach>,
     /// The longest reach of a link, mm.
@@ -59,8 +67,8 @@ struct Reach {
     /// The part of the distance between two middles that the bodies take and the range does not
     /// count, mm.
     bodies: f32,
-    /// The largest distance between middles at which a frame is received, mm.
-    most: f32,
+    /// The distances between middles at which frames are bright enough.
+    edge: Edge,
 }
 
 /// A transmission within reach of a robot.
@@ -74,10 +82,12 @@ pub(crate) struct Near {
 }
 
 impl Transmissions {
-    pub(crate) fn new(medium: Medium, area: Area) -> Self {
+    pub(crate) fn new(medium: Medium, area: Area, seed: u64) -> Self {
         let cells = Cells::new(area, f32::INFINITY, 1);
         Transmissions {
             medium,
+            seed,
+            window_us: 0,
             links: Vec::new(),
             widest: 0.0,
             cells,
@@ -91,8 +101,10 @@ impl Transmissions {
     /// Adds a link and returns its index. The range of the link does not count `bodies` mm of the
     /// distance between two middles.
     pub(crate) fn add_link(&mut self, link: LinkSettings, bodies_mm: f32, area: Area) -> u16 {
-        let most = link.range.map_or(f32::INFINITY, |range| range + bodies_mm);
-        self.links.push(Reach { link, bodies: bodies_mm, most });
+        let range = link.range.map_or(f32::INFINITY, |range| range + bodies_mm);
+        let edge = Edge::new(range, link.edge);
+        self.links.push(Reach { link, bodies: bodies_mm, edge });
+        let most = farthest_mm(range, link.edge);
         // Most groups have the reach of another one, and need no other cells.
         if most > self.widest || self.links.len() == 1 {
             self.widest = self.widest.max(most);
@@ -127,14 +139,15 @@ impl Transmissions {
         }
     }
 
-    /// Returns the largest distance between middles at which a frame is received, in mm.
+    /// Returns the distance between middles at which half of the frames are bright enough, in mm.
     pub(crate) fn reach_mm(&self, link: u16) -> f32 {
-        self.links[usize::from(link)].most
+        self.links[usize::from(link)].edge.range_mm()
     }
 
-    fn reaches(&self, beam: &Beam, squared: f32) -> bool {
-        let reach = self.reach_mm(beam.link);
-        squared <= reach * reach
+    /// Returns true if a transmission is bright enough for a robot. `squared` is the square of the
+    /// distance between the middles.
+    fn reaches(&self, beam: &Beam, robot: RobotId, squared: f32) -> bool {
+        self.links[usize::from(beam.link)].edge.reaches(squared, beam.key, robot.0)
     }
 
     /// Returns true if no barrier separates a robot at this pose from the sender.
@@ -168,6 +181,7 @@ impl Transmissions {
     /// overlap with them.
     pub(crate) fn turn(&mut self) {
         let (tick, air_time) = (TICK_US as i32, self.medium.air_time_us() as i32);
+        self.window_us += u64::from(TICK_US);
         for beam in &self.beams {
             self.latest[self.cells.cell_at(beam.x, beam.y)] = END;
         }
@@ -210,7 +224,7 @@ impl Transmissions {
     ) -> Option<i32> {
         let reaches = |beam: &&Beam| {
             beam.from != robot
-                && self.reaches(beam, distance_squared(beam, pose))
+                && self.reaches(beam, robot, distance_squared(beam, pose))
                 && self.passes(beam, robot, pose, barriers)
         };
         let ends = self.begun.iter().filter(reaches).map(|beam| beam.start);
@@ -219,8 +233,14 @@ impl Transmissions {
 
     fn enter(&mut self, index: usize) {
         let Transmission { x, y, z, start, from, link, .. } = self.transmissions[index];
+        let key = if self.links[usize::from(link)].edge.is_soft() {
+            let start_us = self.window_us.wrapping_add_signed(start.into());
+            Stream::new(self.seed, StreamPurpose::Brightness, from.0, start_us).seed()
+        } else {
+            0
+        };
         let latest = &mut self.latest[self.cells.cell_at(x, y)];
-        self.beams.push(Beam { x, y, z, start, from, link, earlier: *latest });
+        self.beams.push(Beam { x, y, z, start, from, link, key, earlier: *latest });
         *latest = index as u32;
     }
 
@@ -246,7 +266,7 @@ impl Transmissions {
                         break;
                     }
                     if beam.start < since
-                        && self.reaches(beam, distance_squared(beam, pose))
+                        && self.reaches(beam, robot, distance_squared(beam, pose))
                         && self.passes(beam, robot, pose, barriers)
                     {
                         count += 1;
@@ -266,7 +286,7 @@ impl Transmissions {
         barriers: &Barriers<'_>,
         found: &mut Vec<Near>,
     ) {
-        self.within_reach(pose, |beam| self.passes(beam, robot, pose, barriers), found);
+        self.within_reach(robot, pose, |beam| self.passes(beam, robot, pose, barriers), found);
     }
 
     /// Fills `found` with the transmissions within reach of a robot from whose senders it is cut
@@ -278,18 +298,24 @@ impl Transmissions {
         barriers: &Barriers<'_>,
         found: &mut Vec<Near>,
     ) {
-        self.within_reach(pose, |beam| !self.passes(beam, robot, pose, barriers), found);
+        self.within_reach(robot, pose, |beam| !self.passes(beam, robot, pose, barriers), found);
     }
 
-    /// Fills `found` with the transmissions that reach a place and meet `is_of`, sorted by time.
-    fn within_reach(&self, pose: &Pose, is_of: impl Fn(&Beam) -> bool, found: &mut Vec<Near>) {
+    /// Fills `found` with the transmissions that reach a robot and meet `is_of`, sorted by time.
+    fn within_reach(
+        &self,
+        robot: RobotId,
+        pose: &Pose,
+        is_of: impl Fn(&Beam) -> bool,
+        found: &mut Vec<Near>,
+    ) {
         found.clear();
         for row in self.cells.around(self.cells.cell_at(pose.x, pose.y)) {
             for &latest in &self.latest[row] {
                 let mut next = latest;
                 while let Some(beam) = self.beams.get(next as usize) {
                     let squared = distance_squared(beam, pose);
-                    if self.reaches(beam, squared) && is_of(beam) {
+                    if self.reaches(beam, robot, squared) && is_of(beam) {
                         found.push(Near {
                             start: beam.start,
                             index: next,

@@ -3,7 +3,9 @@
 mod air;
 mod calibration;
 mod delivery;
+mod edge;
 mod frame_log;
+mod infrared;
 mod packet;
 mod radio;
 mod receive;
@@ -18,6 +20,7 @@ pub use bittybuzz_robot_spec::Medium;
 pub(crate) use calibration::Calibration;
 pub(crate) use delivery::{DeliveredFrame, Late};
 pub use frame_log::{Arrival, Fate, FrameLog, LossCause, SendAttempt, SentFrame};
+pub use infrared::{Infrared, InfraredPreset};
 pub use packet::FrameSighting;
 pub(crate) use packet::{Packet, Transmission};
 pub(crate) use radio::{RobotRadio, UNIT_US};
@@ -48,41 +51,15 @@ pub struct LinkSettings {
     /// The range in mm: between the rims of two robots for infrared, between their middles for
     /// radio; `None` is unlimited.
     pub range: Option<f32>,
+    /// Half of the width of the range's edge, mm: reception falls from 90 % to a half of its level
+    /// over this distance before the end of the range, and to 10 % over the same distance after it.
+    /// 0 is a sharp end.
+    pub edge: f32,
     pub loss: Loss,
     /// For tests: probability that a frame arrives twice.
     pub duplicate: f32,
     /// For tests: probability that a frame is held back up to half a second while later ones pass.
     pub reorder: f32,
-}
-
-/// Infrared of the Kilobots: half-duplex, with carrier sense and back-off as in kilolib.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Infrared {
-    pub link: LinkSettings,
-    /// Shortest time between two frames of a robot in units of 128 µs: kilolib's `kilo_tx_period`.
-    pub tx_period: u16,
-    /// Standard deviation of the rates of the robots' clocks, as a fraction of 1.
-    pub clock_sigma: f32,
-    /// Standard deviation of the measured distance, mm.
-    pub distance_sigma: f32,
-}
-
-impl Infrared {
-    /// The range is 70 mm between rims (100 mm of ICRA 2012 between middles), with two frames per
-    /// second and a deviation of 2 mm. No curve of loss is published: 5 % when touching and 15 % at
-    /// the end of the range is a choice. The data sheet of the ATmega328P promises clocks within 1
-    /// % after calibration.
-    pub const STANDARD: Self = Infrared {
-        link: LinkSettings {
-            range: Some(70.0),
-            loss: Loss { near: 0.05, far: 0.15 },
-            duplicate: 0.0,
-            reorder: 0.0,
-        },
-        tx_period: (Medium::Infrared.frame_period_us() / UNIT_US) as u16,
-        clock_sigma: 0.005,
-        distance_sigma: 2.0,
-    };
 }
 
 /// nRF24 radio of the Zooids: broadcast with carrier sense and random back-off.
@@ -94,10 +71,12 @@ pub struct Nrf24Medium {
 }
 
 impl Nrf24Medium {
-    /// All Zooids on a table receive each other. The loss is a choice (nothing is published).
+    /// All Zooids on a table receive each other. The loss is a choice: no source that was read gives
+    /// one for Zooids.
     pub const STANDARD: Self = Nrf24Medium {
         link: LinkSettings {
             range: None,
+            edge: 0.0,
             loss: Loss { near: 0.01, far: 0.02 },
             duplicate: 0.0,
             reorder: 0.0,
@@ -115,11 +94,12 @@ pub struct P2p {
 }
 
 impl P2p {
-    /// All Crazyflies in a room receive each other. The loss is a choice (nothing is published);
-    /// the pauses are those of the firmware (firmware/runtime/src/mail.rs).
+    /// All Crazyflies in a room receive each other. The loss is a choice: no source that was read
+    /// gives one for P2P. The pauses are those of the firmware (firmware/runtime/src/mail.rs).
     pub const STANDARD: Self = P2p {
         link: LinkSettings {
             range: None,
+            edge: 0.0,
             loss: Loss { near: 0.01, far: 0.05 },
             duplicate: 0.0,
             reorder: 0.0,
@@ -147,6 +127,7 @@ impl RangeAndBearing {
     pub const STANDARD: Self = RangeAndBearing {
         link: LinkSettings {
             range: Some(0.0),
+            edge: 0.0,
             loss: Loss { near: 0.0, far: 0.0 },
             duplicate: 0.0,
             reorder: 0.0,
@@ -171,9 +152,10 @@ pub struct Media {
 }
 
 /// Paths of the fields of a link, per medium, for error messages.
-const LINKS: [[&str; 5]; Medium::COUNT] = [
+const LINKS: [[&str; 6]; Medium::COUNT] = [
     [
         "infrared.link.range",
+        "infrared.link.edge",
         "infrared.link.loss.near",
         "infrared.link.loss.far",
         "infrared.link.duplicate",
@@ -181,6 +163,7 @@ const LINKS: [[&str; 5]; Medium::COUNT] = [
     ],
     [
         "nrf24.link.range",
+        "nrf24.link.edge",
         "nrf24.link.loss.near",
         "nrf24.link.loss.far",
         "nrf24.link.duplicate",
@@ -188,6 +171,7 @@ const LINKS: [[&str; 5]; Medium::COUNT] = [
     ],
     [
         "p2p.link.range",
+        "p2p.link.edge",
         "p2p.link.loss.near",
         "p2p.link.loss.far",
         "p2p.link.duplicate",
@@ -195,6 +179,7 @@ const LINKS: [[&str; 5]; Medium::COUNT] = [
     ],
     [
         "range_and_bearing.link.range",
+        "range_and_bearing.link.edge",
         "range_and_bearing.link.loss.near",
         "range_and_bearing.link.loss.far",
         "range_and_bearing.link.duplicate",
@@ -258,10 +243,14 @@ impl Media {
             ),
         ])?;
         Medium::ALL.into_iter().try_for_each(|medium| {
-            let LinkSettings { range, loss, duplicate, reorder } = self.link(medium);
-            let [of_range, names @ ..] = LINKS[medium as usize];
+            let LinkSettings { range, edge, loss, duplicate, reorder } = self.link(medium);
+            let [of_range, of_edge, names @ ..] = LINKS[medium as usize];
             let is_distance = range.is_none_or(|range| within(range, 0.0, 1e6));
-            first_wrong(&[(of_range, is_distance, "a distance from 0 to 1e6")])?;
+            let must = "a distance from 0 to 1e6";
+            first_wrong(&[
+                (of_range, is_distance, must),
+                (of_edge, within(*edge, 0.0, 1e6), must),
+            ])?;
             let shares = [loss.near, loss.far, *duplicate, *reorder];
             let checks = names.into_iter().zip(shares);
             let must = "a probability from 0 to 1";

@@ -6,6 +6,7 @@ use super::delivery::Late;
 use super::{Media, Medium};
 use crate::engine::TICK_US;
 use crate::engine::digest::Digest;
+use crate::engine::oscillator::Oscillator;
 use crate::engine::stream::Stream;
 
 /// Units of kilolib's `kilo_tx_period`, µs.
@@ -60,9 +61,10 @@ pub(crate) struct RobotRadio {
     pub(crate) attempt: i32,
     /// Earliest time for the next frame.
     ready: i32,
-    /// The time within a tick at which the robot's script has its frames ready. It differs between
-    /// robots, because they are switched on at different times.
-    script: i32,
+    /// The clock of the robot. The time within a tick at which the script has its frames ready differs
+    /// between robots, because they are switched on at different times, and moves with the clock's
+    /// error.
+    pub(crate) oscillator: Oscillator,
     /// Infrared: the first timer interrupt of this tick.
     interrupt: i32,
     /// Infrared: time between two timer interrupts.
@@ -75,26 +77,33 @@ pub(crate) struct RobotRadio {
 
 impl RobotRadio {
     pub(crate) fn new(medium: Medium, pacing: &Media, build: &mut Stream) -> Self {
-        let period = match medium {
-            Medium::Infrared => (TIMER_US as f32 * build.gain(pacing.infrared.clock_sigma)) as u32,
+        let error_ppm = match medium {
+            Medium::Infrared => {
+                (1e6 * (build.gain(pacing.infrared.clock_sigma) - 1.0)).round() as i32
+            }
+            // Crystals.
             Medium::Nrf24 | Medium::P2p | Medium::RangeAndBearing => 0,
         };
-        // The script's time is early enough that the first frame is usually sent before the next
-        // tick.
+        // A script with an exact clock has its frames ready so early that the first one is usually sent
+        // before the next tick.
         let wait = match medium {
-            Medium::Infrared => period,
+            // The phase moves through the whole tick.
+            Medium::Infrared => 0,
             Medium::Nrf24 => pacing.nrf24.backoff_us,
             Medium::RangeAndBearing => pacing.range_and_bearing.backoff_us,
             Medium::P2p => pacing.p2p.pause_us[1],
         };
+        let script_us = build.below(TICK_US.saturating_sub(wait).max(1));
+        let oscillator = Oscillator::new(error_ppm, script_us);
+        let period = period_us(medium, oscillator);
         RobotRadio {
             late: None,
             waits: false,
             attempt: 0,
             ready: 0,
-            script: build.below(TICK_US.saturating_sub(wait).max(1)) as i32,
-            interrupt: build.below(period.max(1)) as i32,
-            period: period as i32,
+            oscillator,
+            interrupt: build.below(period.max(1) as u32) as i32,
+            period,
             early: 0,
             deferrals: 0,
         }
@@ -102,8 +111,8 @@ impl RobotRadio {
 
     /// Adds the complete state to a digest.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
-        let RobotRadio { late, waits, attempt, ready, script, interrupt, period, .. } = self;
-        (waits, attempt, ready, script, interrupt, period).hash(digest);
+        let RobotRadio { late, waits, attempt, ready, oscillator, interrupt, period, .. } = self;
+        (waits, attempt, ready, oscillator, interrupt, period).hash(digest);
         (self.early, self.deferrals).hash(digest);
         digest.text_of(late);
     }
@@ -124,9 +133,15 @@ impl RobotRadio {
         }
     }
 
-    /// Plans the first attempt to send a frame that the brain has just produced.
-    pub(crate) fn plan(&mut self, medium: Medium, pacing: &Media, stream: &mut Stream) {
-        let from = self.ready.max(self.script);
+    /// Sets the error of the robot's oscillator, in millionths.
+    pub(crate) fn set_clock_error(&mut self, medium: Medium, error_ppm: i32) {
+        self.oscillator = self.oscillator.with_error(error_ppm);
+        self.period = period_us(medium, self.oscillator);
+    }
+
+    /// Plans the first attempt to send a frame that the brain has just produced in tick `now`.
+    pub(crate) fn plan(&mut self, medium: Medium, pacing: &Media, now: u64, stream: &mut Stream) {
+        let from = self.ready.max(self.oscillator.script_us(now));
         self.waits = true;
         self.attempt = match medium {
             // If the link became ready less than a period ago, it was busy with other frames
@@ -238,6 +253,12 @@ impl RobotRadio {
     }
 }
 
+/// Returns the time between two interrupts of the timer that sends, in µs; 0 without such a timer.
+fn period_us(medium: Medium, oscillator: Oscillator) -> i32 {
+    let is_timed = medium == Medium::Infrared;
+    if is_timed { (u64::from(TIMER_US) * 1_000_000 / oscillator.rate()) as i32 } else { 0 }
+}
+
 /// Returns the pause of a Crazyflie before a frame, in µs.
 fn pause(pacing: &Media, stream: &mut Stream) -> i32 {
     let [least, most] = pacing.p2p.pause_us;
@@ -262,10 +283,10 @@ mod tests {
         let mut stream = Stream::new(1, StreamPurpose::Send, 0, 0);
         let mut radio = RobotRadio::new(Medium::Infrared, &pacing, &mut stream);
         let (mut elapsed, mut last, mut sent) = (0_i64, None, 0);
-        for _ in 0..600 {
+        for tick in 0..600 {
             radio.turn(Medium::Infrared);
             elapsed += i64::from(TICK_US);
-            radio.plan(Medium::Infrared, &pacing, &mut stream);
+            radio.plan(Medium::Infrared, &pacing, tick, &mut stream);
             while radio.attempt < TICK_US as i32 {
                 let at = elapsed + i64::from(radio.attempt);
                 if let Some(last) = last {
@@ -286,7 +307,7 @@ mod tests {
         for seed in 0..20 {
             let mut stream = Stream::new(seed, StreamPurpose::Send, 0, 0);
             let mut radio = RobotRadio::new(Medium::Infrared, &pacing, &mut stream);
-            radio.plan(Medium::Infrared, &pacing, &mut stream);
+            radio.plan(Medium::Infrared, &pacing, 0, &mut stream);
             let first = radio.attempt;
             radio.sent(Medium::Infrared, &pacing, true, &mut stream);
             assert!(
@@ -305,7 +326,7 @@ mod tests {
             let pacing = pacing();
             let mut stream = Stream::new(1, StreamPurpose::Send, 0, 0);
             let mut radio = RobotRadio::new(medium, &pacing, &mut stream);
-            radio.plan(medium, &pacing, &mut stream);
+            radio.plan(medium, &pacing, 0, &mut stream);
             let mut waits = 0;
             loop {
                 let heard = radio.attempt;
@@ -337,7 +358,7 @@ mod tests {
         let pacing = pacing();
         let mut stream = Stream::new(1, StreamPurpose::Send, 0, 0);
         let mut radio = RobotRadio::new(Medium::Infrared, &pacing, &mut stream);
-        radio.plan(Medium::Infrared, &pacing, &mut stream);
+        radio.plan(Medium::Infrared, &pacing, 0, &mut stream);
         let first = radio.attempt;
         radio.back_off(Medium::Infrared, 1, &pacing, &mut stream);
         assert_eq!(radio.attempt - first, 32_768);

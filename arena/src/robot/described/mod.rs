@@ -136,7 +136,13 @@ impl RobotModel for DescribedRobot {
         let (range, distance, bearing) = link.unwrap_or_default();
         let loss = Loss::even(0.0);
         media.range_and_bearing = RangeAndBearing {
-            link: LinkSettings { range: Some(range as f32), loss, duplicate: 0.0, reorder: 0.0 },
+            link: LinkSettings {
+                range: Some(range as f32),
+                edge: 0.0,
+                loss,
+                duplicate: 0.0,
+                reorder: 0.0,
+            },
             distance_sigma: distance as f32,
             bearing_sigma: (bearing as f32).to_radians(),
             ..RangeAndBearing::STANDARD

@@ -104,6 +104,10 @@ impl Fleets {
         if self.tick != world.now() {
             (self.tick, self.substeps) = (world.now(), 0);
         }
+        // Robots that drive leave the shadow of a wall, and enter it.
+        if self.substeps == 0 && world.has_walls() {
+            self.settle(world)?;
+        }
         self.substeps += 1;
         let tick = Duration::from_micros(TICK_US.into());
         // A run lasts at most four weeks, so the number of ticks fits 32 bits.

@@ -64,14 +64,17 @@ fn a_slow_oscillator_counts_less_and_sends_slower() {
 #[test]
 fn light_may_be_noisy_lost_or_short() {
     let mut robots = around_a_sender(&[60.0, 60.0, 60.0]);
-    robots.execute(0, &Command::Infrared { range_mm: 70.0, noise_mm: 2.0, seed: 4 });
+    robots.execute(0, &Command::Infrared { range_mm: 70.0, edge_mm: 0.0, noise_mm: 2.0, seed: 4 });
     robots.run(14_000);
     let readings = [robots.word(1, LOW), robots.word(3, LOW)];
     let range = Amplitude::at(68.0).low..Amplitude::at(52.0).low;
     assert!(readings[0] != readings[1] && readings.iter().all(|r| range.contains(r)));
     for (range, lose, heard) in [(59.0, 0.0, 0), (61.0, 1.0, 0), (61.0, 0.0, 10)] {
         let mut robots = around_a_sender(&[60.0]);
-        robots.execute(0, &Command::Infrared { range_mm: range, noise_mm: 0.0, seed: 4 });
+        robots.execute(
+            0,
+            &Command::Infrared { range_mm: range, edge_mm: 0.0, noise_mm: 0.0, seed: 4 },
+        );
         robots.execute(0, &Command::Air { lose, seed: 9 });
         robots.run(14_000);
         assert_eq!(robots.byte(1, COUNT), heard, "{range} {lose}");
@@ -154,7 +157,10 @@ fn the_same_commands_give_the_same_answers() {
             robots.set_id(robot, if robot == 4 { 9 } else { robot as u8 });
             robots.execute(robot, &Command::Clock { error_ppm: 700.0 * robot as f64 });
         }
-        robots.execute(0, &Command::Infrared { range_mm: 100.0, noise_mm: 2.0, seed: 4 });
+        robots.execute(
+            0,
+            &Command::Infrared { range_mm: 100.0, edge_mm: 0.0, noise_mm: 2.0, seed: 4 },
+        );
         for _ in 0..slices {
             robots.run(40_000 / slices);
         }

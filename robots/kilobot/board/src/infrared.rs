@@ -9,8 +9,8 @@ const TABLE_LENGTH: usize = 14;
 /// The converter's largest reading.
 const READING_MAX: u16 = 1023;
 
-// Neither a factory table nor the distance that light travels from the table's surface is
-// published. This model is a choice. The light falls with the square of the distance from a point
+// Neither a factory table nor the distance that light travels from the table's surface was found in
+// the sources. This model is a choice. The light falls with the square of the distance from a point
 // below the sender. At the low gain, contact gives nearly the converter's full range; the high gain
 // is seven times as much, so that both gains overlap where kilolib switches between them (readings
 // of 700 to 900 at the high gain).

@@ -234,6 +234,7 @@ impl Preset {
         let ideal = |range: f32| {
             let link = LinkSettings {
                 range: Some(range),
+                edge: 0.0,
                 loss: Loss::even(0.0),
                 ..Infrared::STANDARD.link
             };

@@ -91,8 +91,9 @@ impl Emulation for KilobotModel {
     fn air(&self, media: &Media, seed: u64) -> Option<Command> {
         let reach = |range| f64::from(range) + 2.0 * f64::from(self.radius);
         let range_mm = media.infrared.link.range.map_or(EVERYWHERE_MM, reach);
+        let edge_mm = media.infrared.link.edge.into();
         let noise_mm = media.infrared.distance_sigma.into();
-        Some(Command::Infrared { range_mm, noise_mm, seed })
+        Some(Command::Infrared { range_mm, edge_mm, noise_mm, seed })
     }
 
     /// Returns the mean of the medium's loss for robots in contact and at the limit of the range.

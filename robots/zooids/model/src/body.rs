@@ -69,7 +69,8 @@ pub struct ProjectorFaults {
 impl ZooidModel {
     /// Track and diameter are from the makers' description. 0.5 m/s is the reported top speed, 60
     /// the highest duty of their firmware, and 22 the duty at which its calibration begins. No
-    /// curve of duty and speed is published: a linear one is a choice, and so is the deviation.
+    /// curve of duty and speed was found in the sources: a linear one is a choice, and so is the
+    /// deviation.
     pub const STANDARD: Self = ZooidModel {
         radius: 13.0,
         track: 20.0,
