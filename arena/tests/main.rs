@@ -58,4 +58,5 @@ mod statements;
 mod steps;
 mod swarm;
 mod torture;
+mod validation;
 mod walls;

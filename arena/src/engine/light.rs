@@ -36,8 +36,9 @@ pub(crate) struct Lighting<'a> {
 ///
 /// A lamp adds `intensity * exp(-2 d) * (1 - angle / pi)` at a distance of `d` meters, where
 /// `angle` is the angle between the robot's heading and the lamp. This is the law of ARGoS' Kilobot
-/// sensor, with the sensor facing ahead. As there, a lamp in the shadow of an obstacle adds nothing. A
-/// lamp has no height of its own, so an obstacle below the sensor casts no shadow on it, which is a choice.
+/// sensor, with the sensor facing ahead. As there, a lamp in the shadow of an obstacle adds
+/// nothing. A lamp has no height of its own, so an obstacle below the sensor casts no shadow on it,
+/// which is a choice.
 pub(crate) fn reading(pose: &Pose, height_mm: f32, lighting: Lighting<'_>) -> u16 {
     brightness(pose, height_mm, Some(pose.heading), lighting) as u16
 }

@@ -17,8 +17,8 @@ pub struct Oscillator {
 }
 
 impl Oscillator {
-    /// Returns an oscillator that is fast by `error_ppm` millionths. In the first tick the script has
-    /// its frames ready after `script_us`, at most a tick.
+    /// Returns an oscillator that is fast by `error_ppm` millionths. In the first tick the script
+    /// has its frames ready after `script_us`, at most a tick.
     pub(crate) fn new(error_ppm: i32, script_us: u32) -> Self {
         Oscillator { error_ppm, script_us }
     }
@@ -39,8 +39,9 @@ impl Oscillator {
         MILLION.saturating_add_signed(self.error_ppm.into())
     }
 
-    /// Returns the time on the clock in µs at the beginning of a tick. An exact clock shows the time of
-    /// the world. The product does not overflow: four weeks of the world at twice the rate are 2^62.
+    /// Returns the time on the clock in µs at the beginning of a tick. An exact clock shows the
+    /// time of the world. The product does not overflow: four weeks of the world at twice the rate
+    /// are 2^62.
     #[must_use]
     pub fn time_us(self, tick: u64) -> u64 {
         let world_us = tick * u64::from(TICK_US);
@@ -52,8 +53,8 @@ impl Oscillator {
     }
 
     /// Returns the time within a tick at which the script has its frames ready, in µs. A step is
-    /// executed at the first beginning of a tick after the moment when it was due, and its frames are
-    /// ready a tick after that moment.
+    /// executed at the first beginning of a tick after the moment when it was due, and its frames
+    /// are ready a tick after that moment.
     pub(crate) fn script_us(self, tick: u64) -> i32 {
         if self.is_exact() {
             return self.script_us as i32;

@@ -2,10 +2,11 @@
 //! of its calibration.
 //!
 //! kilolib has two tables per robot, one for each gain of the receiver, with 14 converter readings
-//! at gaps of 0, 5, ... 65 mm. No table of a real robot was found in the sources. The tables here fall
-//! like the intensity of light that spreads out, saturate where the high gain does, and overlap
-//! where kilolib blends the two gains (700 to 900). They affect a distance as on real robots: the
-//! result is in whole millimeters, coarser far away, with no table entry beyond the end.
+//! at gaps of 0, 5, ... 65 mm. No table of a real robot was found in the sources. The tables here
+//! fall like the intensity of light that spreads out, saturate where the high gain does, and
+//! overlap where kilolib blends the two gains (700 to 900). They affect a distance as on real
+//! robots: the result is in whole millimeters, coarser far away, with no table entry beyond the
+//! end.
 
 /// Converter readings of the high gain at gaps of 0, 5, ... 65 mm.
 const HIGH_GAIN_READINGS: [i32; 14] =

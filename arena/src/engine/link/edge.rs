@@ -1,13 +1,13 @@
-//! The edge of a range: the share of the frames that are bright enough, which falls with distance as a
-//! logistic curve.
+//! The edge of a range: the share of the frames that are bright enough, which falls with distance
+//! as a logistic curve.
 //!
 //! A frame that is too dim for a receiver does not exist there: it is neither received nor sensed,
-//! and disturbs no other frame. Each frame has its own chance at each receiver, which does not depend
-//! on the number of times that it is asked for.
+//! and disturbs no other frame. Each frame has its own chance at each receiver, which does not
+//! depend on the number of times that it is asked for.
 
 use std::sync::LazyLock;
 
-/// The natural logarithm of 9: the distance from the middle of a standard logistic curve to its 90 %.
+/// The natural logarithm of 9: from the middle of a standard logistic curve to its 90 %.
 const LN_9: f32 = 2.197_224_6;
 
 /// The number of half widths around the end of the range in which chance decides. Before it, 98.8 %
@@ -57,8 +57,8 @@ impl Edge {
         self.half_width_mm > 0.0
     }
 
-    /// Returns true if a frame is bright enough at a distance, which is given as its square. `key` is
-    /// random and belongs to the frame.
+    /// Returns true if a frame is bright enough at a distance, which is given as its square. `key`
+    /// is random and belongs to the frame.
     pub(crate) fn reaches(&self, squared: f32, key: u64, receiver: u16) -> bool {
         squared <= self.begin || squared <= self.end && self.is_bright(squared, key, receiver)
     }

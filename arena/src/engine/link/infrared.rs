@@ -11,13 +11,13 @@
 //! | tau 0.25 | .956 | .932 | .919 | .899 | .78 | .14 | .02 | 0 | 0 |
 //! | tau 0.5 | .959 | .940 | .931 | .914 | .79 | .15 | .02 | 0 | 0 |
 //!
-//! * **Loss.** 4.0 to 4.4 % are the only losses without a dependence on distance that lie between the
-//!   least and the greatest of the three series at 50, 71 and at 100 mm. 4.2 % is their middle. The
-//!   loss of each series grows slowly, from 3 or 4 % to 4 or 8 % at 100 mm; two values for `loss` can
-//!   follow that.
-//! * **Range.** The two series with the most runs (40 of 50) fall to a half of their level at 112 mm
-//!   between 141 and 158 mm: a logistic curve through both has its middle at 150 mm. That of tau 0
-//!   is at 201 mm, through 180 and 200 mm. The makers state "up to 10 cm" (Rubenstein, Ahler,
+//! * **Loss.** 4.0 to 4.4 % are the only losses without a dependence on distance that lie between
+//!   the least and the greatest of the three series at 50, 71 and at 100 mm. 4.2 % is their middle.
+//!   The loss of each series grows slowly, from 3 or 4 % to 4 or 8 % at 100 mm; two values for
+//!   `loss` can follow that.
+//! * **Range.** The two series with the most runs (40 of 50) fall to a half of their level at 112
+//!   mm between 141 and 158 mm: a logistic curve through both has its middle at 150 mm. That of tau
+//!   0 is at 201 mm, through 180 and 200 mm. The makers state "up to 10 cm" (Rubenstein, Ahler,
 //!   Nagpal, ICRA 2012) and no curve; range is a property of robots, table and light.
 //! * **Edge.** The same curves fall from 90 to 10 % of their level within twice 10.7 mm and twice
 //!   11 mm: 10 mm.
@@ -77,10 +77,10 @@ impl InfraredPreset {
 }
 
 impl Infrared {
-    /// Range, loss and edge of the series with the most runs, because they are the only ones that were
-    /// measured; two frames per second as in kilolib, and distances with a deviation of 2 mm (ICRA
-    /// 2012). The deviation of the oscillators is a choice: the data sheet of the ATmega328P promises
-    /// 1 % after calibration.
+    /// Range, loss and edge of the series with the most runs, because they are the only ones that
+    /// were measured; two frames per second as in kilolib, and distances with a deviation of 2 mm
+    /// (ICRA 2012). The deviation of the oscillators is a choice: the data sheet of the ATmega328P
+    /// promises 1 % after calibration.
     pub const STANDARD: Self = Infrared {
         link: InfraredPreset::Ants2018.link(),
         tx_period: (Medium::Infrared.frame_period_us() / UNIT_US) as u16,
