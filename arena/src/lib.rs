@@ -30,6 +30,7 @@
 //! * [`run`]: a run of a scenario, with the scripts of its robots, its events, expectations and
 //!   observers.
 //! * [`scenario`]: files with the content of a world, its events, and the expected results.
+//! * [`statistics`]: quantiles, and times that not every run reaches.
 
 #![forbid(unsafe_code)]
 
@@ -38,3 +39,4 @@ pub mod output;
 pub mod robot;
 pub mod run;
 pub mod scenario;
+pub mod statistics;

@@ -195,11 +195,11 @@ fn a_table_of_runs_has_the_numbers_of_faults() {
     let text = row("kilobot", 2, 10, "");
     let (scenario, _) = read(&folder, &text);
     let summary: Summary = run(&folder, &text);
-    let names = metrics::names(&scenario);
+    let columns = metrics::metrics(&scenario);
     let values = metrics::values(&scenario, &summary);
-    assert_eq!(names.len(), values.len());
+    assert_eq!(columns.len(), values.len());
     let value = |name: &str| {
-        let column = names.iter().position(|known| known == name);
+        let column = columns.iter().position(|column| column.name == name);
         column.and_then(|column| values[column])
     };
     assert_eq!(value("faults"), Some(8.0));

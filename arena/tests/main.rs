@@ -39,6 +39,7 @@ mod links;
 mod listeners;
 mod loads;
 mod long_messages;
+mod measures;
 mod memory_files;
 mod movables;
 mod numbers;

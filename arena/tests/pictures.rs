@@ -2,9 +2,7 @@
 
 use crate::script::{folder, read, run_with};
 use bittybuzz_arena::output::recording::RecordingWriter;
-use bittybuzz_arena::output::{
-    History, Movie, RunRow, RunTable, chart, quartiles, recorder, trajectories,
-};
+use bittybuzz_arena::output::{History, Movie, RunRow, RunTable, chart, recorder, trajectories};
 
 const WALK: &str = "math.rng.setseed(id)\nn = 0\nfunction step() { n = n + 1\n\
     if(rand() % 3 == 0) left() else forward()\nneighbors.broadcast(\"n\", n) led(n % 8) }\n\
@@ -159,14 +157,6 @@ fn tables_are_csv() {
         table.to_csv(),
         "seed,robots.0.script,since.3,\"mean distance(1, 2)\",error\r\n1,\"a,\"\"b\"\"\",1.5,,\r\n2,,0,,\"no, room\"\r\n"
     );
-}
-
-#[test]
-fn quartiles_are_those_of_the_textbook() {
-    // Linear interpolation, as R's type 7 and NumPy have it.
-    assert_eq!(quartiles(&[7.0, 1.0, 3.0, 5.0]), Some([1.0, 2.5, 4.0, 5.5, 7.0]));
-    assert_eq!(quartiles(&[2.0]), Some([2.0; 5]));
-    assert_eq!(quartiles(&[]), None);
 }
 
 /// A recording of every tick, and the summary.

@@ -172,13 +172,15 @@ fn swarm_measures_appear_in_pictures_and_tables() {
     // One curve, not the quartiles of many.
     assert_eq!(picture.matches("stroke-width=\"1.2\"").count(), 1);
     let (scenario, _) = read(&folder, &text);
-    let (names, values) = (metrics::names(&scenario), metrics::values(&scenario, &summary));
-    assert_eq!(names.len(), values.len());
-    assert_eq!(names[1..6], ["mean x", "min x", "max x", "swarm.spread", "sent"]);
+    let columns = metrics::metrics(&scenario);
+    let values = metrics::values(&scenario, &summary);
+    assert_eq!(columns.len(), values.len());
+    let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+    assert_eq!(names[2..7], ["mean x", "min x", "max x", "swarm.spread", "sent"]);
     // A grid of 8 by 8, the last row half full: 4 of 60 are missing; between that of 7 rows and that of 8.
     let of = |columns: f64, rows: f64| {
         40.0 * ((columns * columns - 1.0) / 12.0 + (rows * rows - 1.0) / 12.0).sqrt()
     };
-    let spread = values[4].unwrap();
+    let spread = values[5].unwrap();
     assert!(spread > of(8.0, 7.0) && spread < of(8.0, 8.0), "{spread}");
 }

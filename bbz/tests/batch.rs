@@ -245,7 +245,7 @@ fn a_run_that_fails_is_a_row() {
     let table = String::from_utf8(folder.read("runs.csv")).unwrap();
     let rows: Vec<&str> = table.split_terminator("\r\n").collect();
     assert!(rows[0].ends_with(",overruns,error"), "{}", rows[0]);
-    assert!(rows[1].starts_with("1,2,1,") && rows[1].ends_with(",0,"), "{}", rows[1]);
+    assert!(rows[1].starts_with("1,2,1,0,") && rows[1].ends_with(",0,"), "{}", rows[1]);
     let empty = ",".repeat(rows[0].matches(',').count() - 2);
     for (row, seed) in rows[3..].iter().zip(1..) {
         let start = format!(

@@ -373,13 +373,13 @@ fn every_combination_is_run_with_every_seed() {
     assert_eq!(rows.len(), 1 + 2 * 2 * 3);
     assert!(
         rows[0].starts_with(
-            "seed,robots.0.count,medium.ir.loss,success,held.0,first.0,since.0,mean global.n,"
+            "seed,robots.0.count,medium.ir.loss,success,failed,held.0,first.0,since.0,mean global.n,"
         ),
         "{}",
         rows[0]
     );
     for (row, start) in rows[1..].iter().zip([
-        "5,2,0,1,1,2,2,19,19,19,",
+        "5,2,0,1,0,1,2,2,19,19,19,",
         "6,2,0,",
         "7,2,0,",
         "5,2,\"[0.1,0.5]\",1,",
@@ -405,7 +405,11 @@ fn every_combination_is_run_with_every_seed() {
     assert_eq!(folder.read("runs.csv"), table.as_bytes());
 
     folder.write("s.toml", SCENARIO.replace("equals = 19", "equals = 20"));
-    assert_eq!(folder.bbz(&["sim", "s.toml", "--runs", "2"]).status, Some(1));
+    let failed = folder.bbz(&["sim", "s.toml", "--runs", "2"]);
+    assert_eq!((failed.status, failed.stderr.as_str()), (Some(1), ""));
+    let lines = ["0 of 2 runs succeeded\n", " held in 0 of 2 runs, failed in 2\n"];
+    lines.iter().for_each(|line| assert!(failed.stdout.contains(line), "{}", failed.stdout));
+    assert_eq!(folder.bbz(&["sim", "s.toml"]).status, Some(1));
     let json = folder.bbz(&["sim", "s.toml", "--runs", "2", "--json"]);
     let result: Value = serde_json::from_str(&json.stdout).unwrap();
     assert_eq!(result["runs"][1]["seed"], 2);
@@ -455,7 +459,8 @@ fn columns_are_named_after_expectations_and_not_after_lines() {
         assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
         String::from_utf8(folder.read("runs.csv")).unwrap().lines().next().unwrap().to_owned()
     };
-    let columns = "seed,success,held.0,first.0,since.0,held.counted,first.counted,since.counted,";
+    let columns =
+        "seed,success,failed,held.0,first.0,since.0,held.counted,first.counted,since.counted,";
     assert!(header(&scenario).starts_with(columns), "{}", header(&scenario));
     assert_eq!(header(&format!("# a comment\n\n{scenario}")), header(&scenario));
     folder.write("s.toml", &scenario);
@@ -466,6 +471,43 @@ fn columns_are_named_after_expectations_and_not_after_lines() {
     let result: Value = serde_json::from_str(&json.stdout).unwrap();
     assert_eq!(result["expects"][0]["name"], Value::Null);
     assert_eq!(result["expects"][1]["name"], "counted");
+}
+
+/// The world of each run differs, and so does the time of the event: two of the runs end before it.
+#[test]
+fn measures_are_columns_without_a_verdict() {
+    let folder = folder("sim_measures");
+    let script = "n = 0\nfunction step() { n = n + id }\n";
+    folder.write("s.bzz", script);
+    let measures = "[[measure]]\nname = \"ten\"\nvalue = \"sum(global.n)\"\nabove = 9\n\
+        [[measure]]\nname = \"mean_n\"\nvalue = \"mean(global.n)\"\nat = 1\n";
+    let text = "[world]\nsize = [900, 900]\nduration = 2\n\
+        [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\n";
+    folder.write("s.toml", format!("{text}{measures}"));
+    let ids = "robots.0.first_id=0,0,1,2,5";
+    let outcome = folder.bbz(&["sim", "s.toml", "--set", ids, "--csv", "runs.csv"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let table = String::from_utf8(folder.read("runs.csv")).unwrap();
+    let rows: Vec<&str> = table.split_terminator("\r\n").collect();
+    for (row, start) in rows.iter().zip([
+        "seed,robots.0.first_id,success,failed,ten,mean_n,sent,",
+        "1,0,1,0,,0,",
+        "1,0,1,0,,0,",
+        // More than 9 after 10, 5 and 2 steps, the first of which is in the second tick.
+        "1,1,1,0,1.1,9,",
+        "1,2,1,0,0.6,18,",
+        "1,5,1,0,0.3,45,",
+    ]) {
+        assert!(row.starts_with(start), "{row}");
+    }
+    let one = folder.bbz(&["sim", "s.toml", "--set", "robots.0.first_id=2"]);
+    let lines =
+        ["measure ten: at 0.6 s; first time of sum(global.n) above 9\n", "measure mean_n: 18;"];
+    lines.iter().for_each(|line| assert!(one.stdout.contains(line), "{}", one.stdout));
+    let never = folder.bbz(&["sim", "s.toml", "--json"]);
+    let result: Value = serde_json::from_str(&never.stdout).unwrap();
+    assert_eq!(result["measures"]["ten"], Value::Null);
+    assert_eq!(result["measures"]["mean_n"], 0.0);
 }
 
 /// Runs are counted before anything is prepared for them.

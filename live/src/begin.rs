@@ -37,7 +37,8 @@ pub fn describe(run: &Simulation) -> BeginEvent {
     let expects = setup.expects().iter().map(|bound| {
         let expect = &bound.expect;
         let (name, text) = (expect.name.clone(), expect.to_string());
-        ExpectationDescription { name, text, line: expect.place.line, band: band::describe(expect) }
+        let line = expect.condition.place.line;
+        ExpectationDescription { name, text, line, band: band::describe(expect) }
     });
     let assignment = scenario.assignment.as_ref().map(|assignment| AssignmentDescription {
         task: task(&assignment.task),

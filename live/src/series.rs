@@ -7,6 +7,7 @@
 
 use bittybuzz_arena::run::{Session, Simulation};
 use bittybuzz_arena::scenario::Quantity;
+use bittybuzz_arena::statistics::quartiles;
 
 use crate::page_event::{PageEvent, SeriesEvent, SeriesProgressEvent};
 
@@ -307,7 +308,7 @@ fn event(curve: &mut Curve, robots: &[usize], every: u64, known: Sent) -> Option
         if known == Sent::Nothing {
             five.push(point.five);
         }
-        is_single = matches!(curve.quantity, Quantity::Swarm(_));
+        is_single = curve.quantity.is_of_swarm();
         let values = values.unwrap_or_else(|| vec![f64::NAN; robots.len()]);
         own.push(values.into_iter().map(|value| Some(value).filter(|it| it.is_finite())).collect());
     }
@@ -328,28 +329,8 @@ fn event(curve: &mut Curve, robots: &[usize], every: u64, known: Sent) -> Option
     })
 }
 
-/// Returns the extremes, quartiles and median of the numbers among some values. A share between two
-/// values lies on the line between them.
+/// Returns the extremes, quartiles and median of the numbers among some values.
 fn five(values: &[f64]) -> [Option<f64>; 5] {
-    let mut known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    known.sort_unstable_by(f64::total_cmp);
-    let Some(last) = known.len().checked_sub(1) else { return [None; 5] };
-    [0.0, 0.25, 0.5, 0.75, 1.0].map(|share: f64| {
-        let at = share * last as f64;
-        let (low, high) = (known[at.floor() as usize], known[at.ceil() as usize]);
-        Some(low + (high - low) * at.fract())
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::five;
-
-    #[test]
-    fn quartiles_lie_between_the_nearest_values() {
-        assert_eq!(five(&[]), [None; 5]);
-        assert_eq!(five(&[f64::NAN, 3.0]), [Some(3.0); 5]);
-        let found = five(&[8.0, 1.0, f64::NAN, 2.0, 4.0]);
-        assert_eq!(found, [1.0, 1.75, 3.0, 5.0, 8.0].map(Some));
-    }
+    let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    quartiles(&known).map_or([None; 5], |five| five.map(Some))
 }

@@ -78,7 +78,8 @@ fn expected(commands: &[(u64, &str)], name: &str, robots: &[usize], to: u64) -> 
 
 #[test]
 fn a_curve_that_is_asked_for_late_has_its_past() {
-    for name in ["x", "global.n", "swarm.spread"] {
+    let aggregate = "share(global.n >= 3 where running)";
+    for name in ["x", "global.n", "swarm.spread", aggregate, "mean_square(displacement)"] {
         let (mut live, mut points) = (start(), Points::new());
         go_to(&mut live, 200);
         subscribe(&mut live, &["led", name], &[2, 0]);

@@ -26,7 +26,7 @@ pub fn all(run: &Simulation) -> Vec<Expectation> {
     let expects = expects.map(|(expect, convergence)| Expectation {
         text: expect.to_string(),
         name: expect.name.clone(),
-        line: expect.place.line,
+        line: expect.condition.place.line,
         verdict: match convergence.verdict {
             Verdict::Open => "open",
             Verdict::Held => "held",

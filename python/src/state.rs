@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use bittybuzz_arena::run::{QuantityProbe, Setup, Simulation as Run};
-use bittybuzz_arena::scenario::{QUANTITIES, Quantity};
+use bittybuzz_arena::scenario::{AGGREGATES, QUANTITIES, Quantity};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -125,7 +125,7 @@ impl State {
         }
         if !self.probes.contains_key(quantity) {
             let Some(parsed) = Quantity::parse(quantity) else {
-                let known = QUANTITIES.join(", ");
+                let known = [QUANTITIES, AGGREGATES].concat().join(", ");
                 let text = format!("`{quantity}` is no quantity\n  help: one of {known}");
                 return Err(PyValueError::new_err(text));
             };

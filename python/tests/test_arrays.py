@@ -29,6 +29,8 @@ def test_arrays_have_a_row_for_each_robot(tmp_path: pathlib.Path) -> None:
     x = simulation.read("x")
     assert np.array_equal(x, simulation.poses()[:, 0].astype(np.float64), equal_nan=True)
     assert simulation.read("swarm.spread").shape == (1,)
+    assert simulation.read("share(running)").tolist() == [np.nanmean(simulation.read("running"))]
+    assert np.isclose(simulation.read("quantile(0.9, x)")[0], np.nanquantile(x, 0.9))
     # An array is the caller's own.
     poses[:] = 1
     assert simulation.poses()[0, 0] != 1

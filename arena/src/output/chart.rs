@@ -1,7 +1,7 @@
 //! A picture of a value over time.
 
 use super::svg::{Svg, color, escape};
-use super::table::quartiles;
+use crate::statistics::quartiles;
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 400.0;

@@ -14,5 +14,5 @@ mod trajectories;
 pub use chart::chart;
 pub use history::History;
 pub use movie::Movie;
-pub use table::{RunRow, RunTable, csv_line, quartiles};
+pub use table::{RunRow, RunTable, csv_line};
 pub use trajectories::trajectories;

@@ -1,4 +1,4 @@
-//! A table with a row for each of many runs, its form as CSV, and the quartiles of numbers.
+//! A table with a row for each of many runs, and its form as CSV.
 
 /// The results of one run.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,18 +51,4 @@ pub fn csv_line(cells: impl Iterator<Item = String>) -> String {
     let mut line = quoted.collect::<Vec<String>>().join(",");
     line.push_str("\r\n");
     line
-}
-
-/// Returns the smallest, lower quartile, median, upper quartile and largest of some numbers,
-/// interpolated between two of them; `None` if there are none.
-pub fn quartiles(numbers: &[f64]) -> Option<[f64; 5]> {
-    let mut sorted: Vec<f64> = numbers.iter().copied().filter(|number| !number.is_nan()).collect();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().checked_sub(1)?;
-    let at = |share: f64| {
-        let place = share * last as f64;
-        let (below, above) = (sorted[place.floor() as usize], sorted[place.ceil() as usize]);
-        below + (above - below) * place.fract()
-    };
-    Some([at(0.0), at(0.25), at(0.5), at(0.75), at(1.0)])
 }

@@ -1,8 +1,8 @@
 //! The evaluation of a scenario's expectations.
 
-use crate::scenario::{Expect, ExpectedValue, Of, Reduction, Scenario, Test, When};
+use crate::scenario::{Expect, Scenario, When};
 
-use super::quantity::{QuantityProbe, QuantityReading};
+use super::quantity::QuantityProbe;
 use super::tick_at;
 
 /// An expectation whose names are resolved.
@@ -92,94 +92,4 @@ impl Bound {
             Verdict::Failed => convergence.failed_at = Some(tick),
         }
     }
-
-    /// Returns the first of these robots whose value does not pass the test, and the value, if
-    /// every robot has to pass.
-    pub fn against<'p>(
-        &self,
-        mut readings: impl Iterator<Item = (usize, QuantityReading<'p>)>,
-    ) -> Option<(usize, f64)> {
-        let Expect { of: Of::All, test: Some(test), tolerance, .. } = &self.expect else {
-            return None;
-        };
-        let (robot, reading) = readings.find(|(_, reading)| !passes(test, reading, *tolerance))?;
-        Some((robot, reading.number()?))
-    }
-
-    /// Returns true if the condition is true of these readings. nil passes only the test for
-    /// existence, and agrees with nothing.
-    pub fn is_true<'p>(&self, readings: impl Iterator<Item = QuantityReading<'p>> + Clone) -> bool {
-        let Expect { of, test, tolerance, .. } = &self.expect;
-        let mut readings = readings;
-        let passes = |reading: QuantityReading<'p>| match test {
-            Some(test) => passes(test, &reading, *tolerance),
-            None => true,
-        };
-        match of {
-            Of::All => readings.all(passes),
-            Of::Any => readings.any(passes),
-            Of::None if matches!(test, Some(Test::Exists(_))) => !readings.any(passes),
-            Of::None => !readings.any(|reading| reading == QuantityReading::Nil || passes(reading)),
-            Of::One => readings.filter(|reading| passes(*reading)).take(2).count() == 1,
-            Of::AtLeast(count) => {
-                let count = *count as usize;
-                readings.filter(|reading| passes(*reading)).take(count).count() == count
-            }
-            Of::Agree => {
-                // No robots agree.
-                let Some(first) = readings.clone().next() else { return true };
-                readings.all(|reading| reading.is_like(&first, *tolerance) && passes(reading))
-            }
-            Of::Reduced(reduction) => reduce(*reduction, readings)
-                .is_some_and(|number| passes(QuantityReading::Number(number))),
-        }
-    }
-}
-
-fn passes(test: &Test, reading: &QuantityReading<'_>, tolerance: f64) -> bool {
-    let is_like = |wanted: &ExpectedValue| match wanted {
-        ExpectedValue::Number(number) => {
-            reading.is_like(&QuantityReading::Number(*number), tolerance)
-        }
-        ExpectedValue::Text(text) => reading.is_like(&QuantityReading::Text(text), 0.0),
-    };
-    let number = reading.number();
-    match test {
-        Test::Equals(wanted) => is_like(wanted),
-        Test::Differs(wanted) => *reading != QuantityReading::Nil && !is_like(wanted),
-        Test::Below(limit) => number.is_some_and(|number| number < *limit),
-        Test::Above(limit) => number.is_some_and(|number| number > *limit),
-        Test::Between(low, high) => number.is_some_and(|number| (*low..=*high).contains(&number)),
-        Test::Exists(exists) => (*reading != QuantityReading::Nil) == *exists,
-    }
-}
-
-/// Reduces many readings to one number; `None` if no reading has a value.
-pub fn reduce<'p>(
-    reduction: Reduction,
-    readings: impl Iterator<Item = QuantityReading<'p>>,
-) -> Option<f64> {
-    if reduction == Reduction::Different {
-        let mut seen: Vec<QuantityReading<'p>> = Vec::new();
-        for reading in readings {
-            if reading != QuantityReading::Nil && !seen.contains(&reading) {
-                seen.push(reading);
-            }
-        }
-        return (!seen.is_empty()).then_some(seen.len() as f64);
-    }
-    let (mut count, mut sum, mut min, mut max) = (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY);
-    for number in readings.filter_map(|reading| reading.number()) {
-        count += 1.0;
-        sum += number;
-        min = min.min(number);
-        max = max.max(number);
-    }
-    (count > 0.0).then_some(match reduction {
-        Reduction::Mean => sum / count,
-        Reduction::Sum => sum,
-        Reduction::Min => min,
-        Reduction::Max => max,
-        Reduction::Spread | Reduction::Different => max - min,
-    })
 }

@@ -9,11 +9,13 @@
 mod adversary;
 mod asked;
 mod complete;
+mod condition;
 mod event_queue;
 mod expectation;
 #[cfg_attr(not(feature = "emulators"), path = "no_firmware.rs")]
 mod firmware;
 mod group;
+mod measure;
 mod observer;
 mod place;
 mod program;
@@ -30,10 +32,11 @@ pub use expectation::{Convergence, Verdict};
 pub use firmware::FirmwareError;
 #[cfg(feature = "emulators")]
 pub use firmware::{FirmwareFailure, P2pAir, RadioTurns, TurnLength};
+pub use measure::BoundMeasure;
 pub use observer::{EventKind, FrameOnAir, ObservedEvent, Observer};
 pub use place::poses as start_poses;
 pub use program::{Compiler, Program};
-pub use quantity::{QuantityProbe, QuantityReading};
+pub use quantity::{AggregateProbe, QuantityProbe, QuantityReading};
 pub use session::{COPIES_BYTES, NoWayBack, NotReplaced, Session};
 pub use setup::{Setup, SetupError, emulated};
 pub use simulation::Simulation;

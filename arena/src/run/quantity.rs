@@ -4,9 +4,13 @@
 use bittybuzz_vm_core::builtin;
 
 use crate::engine::{RobotState, RobotView};
-use crate::scenario::{Group, Key, Quantity, ScenarioCause, Selection, Swarm, groups_of};
+use crate::scenario::{
+    AggregateRule, Filter, GroundArea, Group, Key, Quantity, ScenarioCause, Selection, Swarm, Test,
+    groups_of,
+};
 
 use super::program::{LoadedProgram, Program};
+use super::tick_at;
 use crate::robot::{ProgramId, SimRobot, VariableContent};
 
 /// The value of a robot's quantity at one time.
@@ -35,6 +39,19 @@ pub enum QuantityProbe {
     Swarm(Swarm),
     /// A stigmergy's entry: its number, and the key in each program.
     Stigmergy(u16, Vec<Option<VariableContent>>),
+    /// The distance to the place at a tick, or to the place of the start.
+    Displacement(Option<u64>),
+    /// One number from the values of several robots.
+    Aggregate(Box<AggregateProbe>),
+}
+
+/// An aggregate whose names are resolved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AggregateProbe {
+    pub(super) rule: AggregateRule,
+    pub(super) value: QuantityProbe,
+    /// The condition of the robots that count.
+    pub(super) among: Option<(QuantityProbe, Test)>,
 }
 
 impl QuantityProbe {
@@ -71,6 +88,16 @@ impl QuantityProbe {
                 Ok(QuantityProbe::Stigmergy(*number, keys.collect()))
             }
             Quantity::Swarm(of) => Ok(QuantityProbe::Swarm(*of)),
+            Quantity::Displacement(time) => Ok(QuantityProbe::Displacement(time.map(tick_at))),
+            Quantity::Aggregate(of) => {
+                let probe = |part| QuantityProbe::new(part, groups, programs, robots);
+                let among = match &of.among {
+                    Some(Filter { value, test }) => Some((probe(value)?, test.clone())),
+                    None => None,
+                };
+                let (rule, value) = (of.rule.clone(), probe(&of.value)?);
+                Ok(QuantityProbe::Aggregate(Box::new(AggregateProbe { rule, value, among })))
+            }
             body => Ok(QuantityProbe::Body(body.clone())),
         }
     }
@@ -83,6 +110,12 @@ impl QuantityProbe {
             }
             (QuantityProbe::Stigmergy(_, keys), Quantity::Stigmergy { key, .. }) => {
                 keys.push(content(program, key));
+            }
+            (QuantityProbe::Aggregate(probe), Quantity::Aggregate(of)) => {
+                probe.value.learn(&of.value, program);
+                if let (Some((probe, _)), Some(filter)) = (&mut probe.among, &of.among) {
+                    probe.learn(&filter.value, program);
+                }
             }
             _ => {}
         }
@@ -101,7 +134,8 @@ impl QuantityProbe {
         match self {
             QuantityProbe::Body(quantity) => body(quantity, robot, &view),
             // A single robot has no such quantity.
-            QuantityProbe::Swarm(_) => QuantityReading::Nil,
+            QuantityProbe::Swarm(_) | QuantityProbe::Aggregate(_) => QuantityReading::Nil,
+            QuantityProbe::Displacement(_) => unreachable!("the simulation reads places"),
             // A caller may have made the probe before a command loaded the program.
             QuantityProbe::Global(numbers) => match numbers.get(number) {
                 Some(Some((global, keys))) => reading(robot.global(*global, keys), program),
@@ -173,6 +207,7 @@ fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &RobotView) -> Quantity
         Quantity::Z => f64::from(pose.z),
         Quantity::Heading => f64::from(pose.heading).to_degrees(),
         Quantity::Distance([to_x, to_y]) => libm::hypot(x - to_x, y - to_y),
+        Quantity::Inside(area) => f64::from(u8::from(contains(*area, [x, y]))),
         Quantity::Led => f64::from(view.led),
         Quantity::Neighbors => robot.neighbors() as f64,
         Quantity::Free => robot.free_slots() as f64,
@@ -186,10 +221,23 @@ fn body<'p>(quantity: &Quantity, robot: &SimRobot, view: &RobotView) -> Quantity
             let runs = view.state == RobotState::Running && !robot.state().is_faulted();
             f64::from(u8::from(runs))
         }
-        Quantity::Global { .. } | Quantity::Stigmergy { .. } | Quantity::Swarm(_) => {
+        Quantity::Global { .. }
+        | Quantity::Stigmergy { .. }
+        | Quantity::Displacement(_)
+        | Quantity::Swarm(_)
+        | Quantity::Aggregate(_) => {
             unreachable!("other variants of `QuantityProbe` read these")
         }
     })
+}
+
+fn contains(area: GroundArea, [x, y]: [f64; 2]) -> bool {
+    match area {
+        GroundArea::Disc { at, radius } => libm::hypot(x - at[0], y - at[1]) <= radius,
+        GroundArea::Box { at, size } => {
+            (x - at[0]).abs() <= size[0] / 2.0 && (y - at[1]).abs() <= size[1] / 2.0
+        }
+    }
 }
 
 impl QuantityReading<'_> {

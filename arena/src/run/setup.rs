@@ -1,6 +1,6 @@
 //! A scenario and its programs, checked against each other. All runs of a scenario share this data.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -16,17 +16,19 @@ use crate::robot::{
     GroupContext, News, ProgramId, QUEUED_MAX, RobotModel, SimRobot, common_effect,
 };
 use crate::scenario::{
-    Backend, Group, GroupId, Load, Quantity, Scenario, ScenarioCause, ScenarioError, Selection,
-    WorldChange, each_group_of, groups_of,
+    Backend, Condition, Group, GroupId, Load, Quantity, Scenario, ScenarioCause, ScenarioError,
+    Selection, WorldChange, each_group_of, groups_of,
 };
 
 use super::asked::AskedPrograms;
 use super::expectation::Bound;
 use super::firmware::Firmware;
 use super::group::{group_of, id, joining_order};
+use super::measure::BoundMeasure;
 use super::program::{Compiler, LoadedProgram, Program};
 use super::quantity::QuantityProbe;
 use super::settings::{media, media_of};
+use super::tick_at;
 
 mod questions;
 
@@ -66,6 +68,9 @@ pub struct Setup {
     #[cfg_attr(not(feature = "emulators"), expect(dead_code, reason = "nothing is emulated"))]
     pub(super) firmware: Arc<[Firmware]>,
     expects: Vec<Bound>,
+    measures: Vec<BoundMeasure>,
+    /// The ticks at which quantities need the places of the robots.
+    place_ticks: BTreeSet<u64>,
     plots: Vec<QuantityProbe>,
     /// The instruction costs of each group, indexed by [`GroupId`], where they are known. `None` if
     /// scripts are not checked.
@@ -102,12 +107,19 @@ impl Setup {
             if errors.len() >= MISTAKES_MAX {
                 break;
             }
-            match QuantityProbe::new(&expect.value, &scenario.groups, &programs, &expect.robots) {
+            match probe_of(&expect.condition, &scenario, &programs) {
                 Ok(probe) => expects.push(Bound::new(expect, probe, &scenario)),
-                Err(cause) => errors.push(ScenarioError {
-                    cause,
-                    place: Some(Box::new(expect.value_place.clone())),
-                }),
+                Err(error) => errors.push(error),
+            }
+        }
+        let mut measures = Vec::new();
+        for measure in &scenario.measures {
+            if errors.len() >= MISTAKES_MAX {
+                break;
+            }
+            match probe_of(&measure.condition, &scenario, &programs) {
+                Ok(probe) => measures.push(BoundMeasure::new(measure, probe)),
+                Err(error) => errors.push(error),
             }
         }
         for event in &scenario.events {
@@ -159,12 +171,20 @@ impl Setup {
             let of_script = loaded_scripts.entry(load.script.clone()).or_default();
             of_script.insert(load.group, ProgramId(number));
         }
+        let conditions = scenario.expects.iter().map(|expect| &expect.condition);
+        let conditions = conditions.chain(scenario.measures.iter().map(|one| &one.condition));
+        let quantities = conditions.map(|condition| &condition.value);
+        let quantities =
+            quantities.chain(scenario.output.plot.iter().map(|(quantity, _)| quantity));
+        let place_ticks = quantities.flat_map(Quantity::times_of_places).map(tick_at).collect();
         Ok(Setup {
             scenario,
             programs,
             emulators: Vec::new(),
             firmware: firmware.into(),
             expects,
+            measures,
+            place_ticks,
             plots,
             checks: None,
             compiler: None,
@@ -290,7 +310,10 @@ impl Setup {
         let context = context(of, (ProgramId(self.programs.len()), &program), ids);
         SimRobot::new(&*of.model, &context, News::default(), 0, 0)?;
         for bound in &mut self.expects {
-            bound.probe.learn(&bound.expect.value, &program);
+            bound.probe.learn(&bound.expect.condition.value, &program);
+        }
+        for bound in &mut self.measures {
+            bound.probe.learn(&bound.measure.condition.value, &program);
         }
         for (plot, (quantity, _)) in self.plots.iter_mut().zip(&self.scenario.output.plot) {
             plot.learn(quantity, &program);
@@ -314,9 +337,23 @@ impl Setup {
         &self.expects
     }
 
+    /// Returns the measures with their names resolved.
+    pub fn measures(&self) -> &[BoundMeasure] {
+        &self.measures
+    }
+
+    /// Returns true if a quantity needs the places of the robots at that tick.
+    pub(super) fn keeps_places_at(&self, tick: u64) -> bool {
+        self.place_ticks.contains(&tick)
+    }
+
     /// Resolves a quantity of all robots in all programs, including those that commands have
     /// loaded.
     pub fn probe(&self, quantity: &Quantity) -> Result<QuantityProbe, ScenarioError> {
+        if !quantity.times_of_places().all(|time| self.keeps_places_at(tick_at(time))) {
+            let cause = ScenarioCause::PlacesNotKept { quantity: quantity.to_string() };
+            return Err(ScenarioError { cause, place: None });
+        }
         let all = Selection::all(self.scenario.robot_count() as u32);
         let groups = &self.scenario.groups;
         let probe = QuantityProbe::new(quantity, groups, &self.programs, &all);
@@ -357,6 +394,18 @@ impl Setup {
     pub fn id(&self, number: usize) -> u16 {
         id(&self.scenario, number)
     }
+}
+
+/// Resolves the quantity of a condition.
+fn probe_of(
+    condition: &Condition,
+    scenario: &Scenario,
+    programs: &[LoadedProgram],
+) -> Result<QuantityProbe, ScenarioError> {
+    let Condition { value, robots, value_place, .. } = condition;
+    let probe = QuantityProbe::new(value, &scenario.groups, programs, robots);
+    let place = || Some(Box::new(value_place.clone()));
+    probe.map_err(|cause| ScenarioError { cause, place: place() })
 }
 
 fn check_global(

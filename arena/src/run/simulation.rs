@@ -10,7 +10,8 @@
 //!    the file.
 //! 2. The engine runs all robots, moves bodies, and carries frames. Robots in emulators advance to
 //!    the same time, and their signals move the bodies.
-//! 3. Expectations are checked, and an observer receives the events of the tick.
+//! 3. Expectations are checked, measures are taken, and an observer receives the events of the
+//!    tick.
 //!
 //! # Determinism
 //! All random numbers come from the seed, by streams that belong to a robot or a link and not to a
@@ -43,28 +44,27 @@ use crate::robot::{
     ScriptNumber, SimRobot,
 };
 use crate::scenario::{
-    ADVERSARIES_MAX, Adversary, Backend, NewNumbers, Quantity, Reduction, ScenarioCause,
-    ScenarioError, Selection, Swarm, WorldChange, settings_error,
+    ADVERSARIES_MAX, Adversary, Backend, NewNumbers, Quantity, ScenarioCause, ScenarioError,
+    Selection, WorldChange, settings_error,
 };
 
 mod globals;
+mod measuring;
 mod questions;
 
 use super::adversary::intruder;
 use super::event_queue::EventQueue;
-use super::expectation::{Convergence, reduce};
+use super::expectation::Convergence;
 use super::firmware::{FirmwareError, Fleets};
 use super::observer::{self, Observer};
 use super::place::poses;
 use super::program::Program;
-use super::quantity::{QuantityProbe, QuantityReading};
 use super::settings::{
     engine_ground, engine_light, engine_loss, engine_movable, engine_obstacle, media, media_of,
     settings,
 };
 use super::setup::Setup;
 use super::summary::{FaultOf, OverrunSummary, Summary, Unusable};
-use super::swarm::measure;
 use super::{TICKS_PER_SECOND, tick_at};
 
 /// The reason why the world has the brain of a robot whose id is known.
@@ -81,6 +81,10 @@ pub struct Simulation {
     event_queue: EventQueue,
     seed: u32,
     convergences: Vec<Convergence>,
+    /// The measures that are known already, in the order of the file.
+    measures: Vec<Option<f64>>,
+    /// The places of the robots at the ticks that quantities refer to; `None` for absent robots.
+    places: BTreeMap<u64, Arc<[Option<[f32; 2]>]>>,
     /// Faults of robots from before their last restart.
     faults: Vec<FaultOf>,
     /// The counters of robots from before their last restart.
@@ -131,6 +135,8 @@ impl Simulation {
             event_queue: EventQueue::new(robots, lights),
             seed,
             convergences: vec![Convergence::START; setup.expects().len()],
+            measures: vec![None; setup.measures().len()],
+            places: BTreeMap::new(),
             faults: Vec::new(),
             past: Past::default(),
             news: News::default(),
@@ -149,7 +155,7 @@ impl Simulation {
         }
         let Simulation { world, event_queue, .. } = &simulation;
         simulation.fleets = Fleets::start(&setup, world, event_queue, seed)?;
-        simulation.check_expectations();
+        simulation.observe();
         Ok(simulation)
     }
 
@@ -171,6 +177,8 @@ impl Simulation {
             event_queue: self.event_queue.clone(),
             seed: self.seed,
             convergences: self.convergences.clone(),
+            measures: self.measures.clone(),
+            places: self.places.clone(),
             faults: self.faults.clone(),
             past: self.past.clone(),
             news,
@@ -382,7 +390,7 @@ impl Simulation {
             None => self.world.tick(),
             Some(fleets) => self.world.tick_with(|world| fleets.advance(world))?,
         }
-        self.check_expectations();
+        self.observe();
         Ok(())
     }
 
@@ -523,31 +531,6 @@ impl Simulation {
         Some(self.world.brain(id).expect(JOINED))
     }
 
-    /// Reads a quantity of a robot.
-    ///
-    /// # Panics
-    /// If the scenario has no robot of that number.
-    pub fn read(&self, probe: &QuantityProbe, number: usize) -> QuantityReading<'_> {
-        let of = self.event_queue.program(number);
-        let robot = self.robot(number).zip(self.view(number));
-        probe.read(of, &self.setup.loaded(of).program, robot)
-    }
-
-    /// Returns the current numbers of a quantity: one for each robot, or a single one for a measure
-    /// of the swarm. `None` stands for a value that is not a number.
-    pub fn numbers(&self, probe: &QuantityProbe) -> Vec<Option<f64>> {
-        let robots = 0..self.robot_count();
-        match probe {
-            QuantityProbe::Swarm(of) => vec![self.measure(*of, robots).number()],
-            probe => robots.map(|robot| self.read(probe, robot).number()).collect(),
-        }
-    }
-
-    fn measure(&self, of: Swarm, robots: impl Iterator<Item = usize>) -> QuantityReading<'_> {
-        let ids = robots.filter_map(|number| self.event_queue.id(number));
-        measure(of, &self.world, ids).map_or(QuantityReading::Nil, QuantityReading::Number)
-    }
-
     /// Returns the number of robots in the scenario, absent ones included.
     pub fn robot_count(&self) -> usize {
         self.event_queue.count()
@@ -594,16 +577,9 @@ impl Simulation {
             unexpected,
             overruns,
             values: self.setup.plots().iter().map(|probe| self.spread(probe)).collect(),
+            measures: self.measures_now(),
             findings,
         }
-    }
-
-    /// Returns the mean, the smallest and the largest number of a quantity now.
-    fn spread(&self, probe: &QuantityProbe) -> Option<[f64; 3]> {
-        let numbers = self.numbers(probe);
-        let readings = numbers.iter().flatten().map(|number| QuantityReading::Number(*number));
-        let of = |reduction| reduce(reduction, readings.clone());
-        Some([of(Reduction::Mean)?, of(Reduction::Min)?, of(Reduction::Max)?])
     }
 
     /// Adds an adversary to the world.
@@ -719,34 +695,13 @@ impl Simulation {
         let FaultCounts { faults, restarts, handler_faults } = robot.state().fault_counts();
         let is_counted = |by: Quantity| {
             let expects = &self.setup.scenario.expects;
-            expects.iter().any(|expect| expect.value == by && expect.robots.contains(number))
+            let mut conditions = expects.iter().map(|expect| &expect.condition);
+            conditions.any(|condition| condition.value == by && condition.robots.contains(number))
         };
         let has_stopped = faults > 0 && !is_counted(Quantity::Faults);
         // An expectation of restarts does not cover a script that did not start again.
         (has_stopped && (faults > restarts || !is_counted(Quantity::Restarts)))
             || (handler_faults > 0 && !is_counted(Quantity::HandlerFaults))
-    }
-
-    fn check_expectations(&mut self) {
-        let tick = self.world.now();
-        let setup = self.setup.clone();
-        for (index, bound) in setup.expects().iter().enumerate() {
-            let robots = bound.expect.robots.iter();
-            let is_true = match &bound.probe {
-                QuantityProbe::Swarm(of) => {
-                    bound.is_true(std::iter::once(self.measure(*of, robots)))
-                }
-                probe => bound.is_true(Readings { simulation: self, probe, robots }),
-            };
-            let mut convergence = self.convergences[index];
-            bound.update(&mut convergence, tick, is_true);
-            if convergence.failed_at == Some(tick) {
-                let robots = bound.expect.robots.iter();
-                let read = |robot| (robot, self.read(&bound.probe, robot));
-                convergence.against = bound.against(robots.map(read));
-            }
-            self.convergences[index] = convergence;
-        }
     }
 }
 
@@ -787,22 +742,5 @@ impl Past {
             let program = robot.state().context.script;
             self.findings.entry(program).or_default().merge(findings);
         }
-    }
-}
-
-/// The readings of some robots.
-#[derive(Clone)]
-struct Readings<'a, I> {
-    simulation: &'a Simulation,
-    probe: &'a QuantityProbe,
-    robots: I,
-}
-
-impl<'a, I: Iterator<Item = usize>> Iterator for Readings<'a, I> {
-    type Item = QuantityReading<'a>;
-
-    fn next(&mut self) -> Option<QuantityReading<'a>> {
-        let number = self.robots.next()?;
-        Some(self.simulation.read(self.probe, number))
     }
 }

@@ -125,6 +125,9 @@ pub struct Summary {
     /// Mean, smallest and largest value of each quantity of `plot` at the end. For a measure of the
     /// swarm, all three are the same.
     pub values: Vec<Option<[f64; 3]>>,
+    /// The measures of the scenario, in the order of the file. `None` for a time that was not
+    /// reached, and for a number that does not exist.
+    pub measures: Vec<Option<f64>>,
     /// The results of checks, by program. Only programs that ran in a checked robot are included.
     pub findings: BTreeMap<ProgramId, Findings>,
 }

@@ -42,6 +42,7 @@ pub fn measure(
     match of {
         Swarm::Components => Some(components(&members, world) as f64),
         Swarm::Contacts => Some(contacts(&members) as f64),
+        Swarm::Cluster(distance) => Some(largest_cluster(&members, distance) as f64),
         Swarm::Polarisation | Swarm::Spread if members.is_empty() => None,
         Swarm::Polarisation => {
             let (mut east, mut north) = (0.0, 0.0);
@@ -137,6 +138,28 @@ fn components(members: &[SwarmMember], world: &World<SimRobot>) -> usize {
         }
     }
     parts
+}
+
+/// Returns the number of members in the largest cluster: members that are at most `distance` apart
+/// on the ground, directly or through others.
+fn largest_cluster(members: &[SwarmMember], distance: f64) -> usize {
+    let mut parents: Vec<usize> = (0..members.len()).collect();
+    for (index, one) in members.iter().enumerate() {
+        let near = members.iter().enumerate().skip(index + 1);
+        let near = near.take_while(|(_, other)| other.at[0] - one.at[0] <= distance);
+        for (other_index, other) in near {
+            if libm::hypot(one.at[0] - other.at[0], one.at[1] - other.at[1]) <= distance {
+                let root_of_one = root(&mut parents, index);
+                let root_of_other = root(&mut parents, other_index);
+                parents[root_of_other] = root_of_one;
+            }
+        }
+    }
+    let mut sizes = vec![0; members.len()];
+    for index in 0..members.len() {
+        sizes[root(&mut parents, index)] += 1;
+    }
+    sizes.into_iter().max().unwrap_or(0)
 }
 
 fn root(parents: &mut [usize], mut index: usize) -> usize {

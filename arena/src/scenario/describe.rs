@@ -1,18 +1,18 @@
-//! Expectations in words, for summaries and tables.
+//! Conditions, expectations and measures in words, for summaries and tables.
 
 use std::fmt;
 
-use super::expect::{Expect, ExpectedValue, Of, Test, WORDS, When};
-use super::value::Quantity;
+use super::condition::{Condition, ExpectedValue, Of, Test, WORDS};
+use super::expect::{Expect, When};
+use super::measure::{Measure, MeasureTime};
 
-impl fmt::Display for Expect {
-    /// `all: led equals 4, within 10 s`, and `all of robots 0, 2: led equals 4, within 10 s` about
-    /// some of the robots
+impl fmt::Display for Condition {
+    /// `all: led equals 4`, and `all of robots 0, 2: led equals 4` about some of the robots
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Expect { value, named_robots, .. } = self;
+        let Condition { value, named_robots, .. } = self;
         let of_robots = named_robots.as_ref().map_or(String::new(), |named| format!(" of {named}"));
         match (self.of, named_robots) {
-            _ if matches!(value, Quantity::Swarm(_)) => write!(f, "{value}{of_robots}")?,
+            _ if value.is_of_swarm() => write!(f, "{value}{of_robots}")?,
             // One robot that is named is neither all nor any of several.
             (Of::All | Of::Any | Of::One, Some(named)) if self.robots.count() == 1 => {
                 write!(f, "{named}: {value}")?;
@@ -38,10 +38,30 @@ impl fmt::Display for Expect {
             Some(Test::Exists(false)) => f.write_str(" does not exist")?,
             None => {}
         }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Expect {
+    /// `all: led equals 4, within 10 s`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.condition.fmt(f)?;
         match self.when {
             When::At(time) => write!(f, ", at {time} s"),
             When::Within(time) => write!(f, ", within {time} s"),
             When::Always(from, to) => write!(f, ", always from {from} to {to} s"),
+        }
+    }
+}
+
+impl fmt::Display for Measure {
+    /// `mean of x, at 10 s`, or `first time of all: led equals 4`
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Measure { condition, time, .. } = self;
+        match time {
+            MeasureTime::First => write!(f, "first time of {condition}"),
+            MeasureTime::At(time) => write!(f, "{condition}, at {time} s"),
+            MeasureTime::End => write!(f, "{condition}, at the end"),
         }
     }
 }

@@ -31,10 +31,12 @@ pub enum ScenarioCause {
     BadGroupName { name: String },
     /// Two groups with one name.
     DuplicateGroup { name: String, line: usize },
-    /// A name of an expectation that cannot be a column's name.
-    BadExpectationName { name: String },
-    /// Two expectations with one name.
-    DuplicateExpectation { name: String, line: usize },
+    /// A name of an expectation or a measure that cannot be a column's name.
+    BadColumnName { of: &'static str, name: String },
+    /// Two expectations or two measures with one name.
+    DuplicateColumn { of: &'static str, name: String, line: usize },
+    /// A name of a measure that another column of the table of runs has.
+    TakenColumn { name: String },
     /// Two `[[file]]` sections with one path.
     DuplicateFile { path: String, line: usize },
     /// Two robots with one id.
@@ -85,6 +87,10 @@ pub enum ScenarioCause {
     Question { error: QuestionError },
     /// A comparison that needs a number has none.
     NotANumber { of: &'static str },
+    /// A measure that is to be a number, of a quantity that each robot has.
+    NoNumber { value: String },
+    /// A quantity that needs the places of robots at a time at which the run does not keep them.
+    PlacesNotKept { quantity: String },
     /// A key that combines the values of robots, for a quantity with a single value.
     OneNumber { key: &'static str },
     /// A medium that no robot of the scenario has.
@@ -196,14 +202,17 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::DuplicateGroup { name, .. } => {
                 write!(f, "a group `{name}` is defined a second time")
             }
-            ScenarioCause::BadExpectationName { name } => {
-                write!(f, "{name:?} cannot be the name of an expectation")
+            ScenarioCause::BadColumnName { of, name } => {
+                write!(f, "{name:?} cannot be the name of {of}")
+            }
+            ScenarioCause::TakenColumn { name } => {
+                write!(f, "the table of runs has a column `{name}` of its own")
             }
             ScenarioCause::DuplicateFile { path, .. } => {
                 write!(f, "the file `{path}` stands here a second time")
             }
-            ScenarioCause::DuplicateExpectation { name, .. } => {
-                write!(f, "an expectation `{name}` is defined a second time")
+            ScenarioCause::DuplicateColumn { of, name, .. } => {
+                write!(f, "{of} `{name}` is defined a second time")
             }
             ScenarioCause::DuplicateId { id, .. } => {
                 write!(f, "robot {id} is defined a second time")
@@ -253,8 +262,17 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::NotANumber { of } => {
                 write!(f, "\"{of}\" needs a comparison with a number")
             }
+            ScenarioCause::NoNumber { value } => {
+                write!(
+                    f,
+                    "each robot has a `{value}`, but a measure without a comparison is one number"
+                )
+            }
+            ScenarioCause::PlacesNotKept { quantity } => {
+                write!(f, "`{quantity}` needs places of robots that this run does not keep")
+            }
             ScenarioCause::OneNumber { key } => {
-                write!(f, "`{key}` means nothing here: the swarm has one number")
+                write!(f, "`{key}` means nothing here: the robots have one number together")
             }
             ScenarioCause::NoSuchMedium { medium } => {
                 write!(f, "no robot of the scenario has the medium `{medium}`")
@@ -388,16 +406,17 @@ impl toml_reader::Cause for ScenarioCause {
             ScenarioCause::DuplicateGroup { line, .. } => {
                 Some(format!("the first is in line {line}; choose another `name`"))
             }
-            ScenarioCause::BadExpectationName { .. } => Some(
+            ScenarioCause::BadColumnName { .. } => Some(
                 "use letters, digits and _, the first no digit, as in `name = \"all_agree\"`"
                     .to_owned(),
             ),
             ScenarioCause::DuplicateFile { line, .. } => {
                 Some(format!("the first is in line {line}; leave out one of them"))
             }
-            ScenarioCause::DuplicateExpectation { line, .. } => {
+            ScenarioCause::DuplicateColumn { line, .. } => {
                 Some(format!("the first is in line {line}; choose another `name`"))
             }
+            ScenarioCause::TakenColumn { .. } => Some("choose another `name`".to_owned()),
             ScenarioCause::DuplicateId { line, .. } => {
                 Some(format!("the group in line {line} has it; choose another `first_id`"))
             }
@@ -548,6 +567,12 @@ impl toml_reader::Cause for ScenarioCause {
                 "give the new script a name of its own: what was done before is written down with the old one"
                     .to_owned(),
             ),
+            ScenarioCause::NoNumber { value } => Some(format!(
+                "combine the values: of = \"mean\" or another word, or value = \"share({value} == 1)\"; or compare them, and get the first time at which it is true"
+            )),
+            ScenarioCause::PlacesNotKept { quantity } => Some(format!(
+                "write `{quantity}` into `plot` of [output], or into a [[measure]]: a run keeps the places of the times that its scenario names"
+            )),
             ScenarioCause::NotANumber { .. } => Some("equals, differs, below, above or between".to_owned()),
             ScenarioCause::Unreadable { .. }
             | ScenarioCause::Without { .. }
@@ -568,10 +593,14 @@ impl toml_reader::Cause for ScenarioCause {
 }
 
 fn quantity_help(text: &str) -> String {
+    if let Some(help) = super::aggregate::help(text) {
+        return help;
+    }
     let first = text.split(['.', '(']).next().expect("a split has at least one part");
     if first == "swarm" {
         let measures = super::value::FORMS.iter().filter(|form| form.starts_with("swarm."));
         return format!("one of {}", measures.copied().collect::<Vec<_>>().join(", "));
     }
-    one_of(first, super::value::FORMS)
+    let forms = [super::value::FORMS, super::aggregate::FORMS].concat();
+    one_of(first, &forms)
 }

@@ -58,6 +58,8 @@ pub const EVENT: &str = "this [[event]]";
 pub const COMMAND: &str = "the command";
 /// An expectation.
 pub const EXPECT: &str = "this [[expect]]";
+/// A measure.
+pub const MEASURE: &str = "this [[measure]]";
 /// The results of a run that are kept.
 pub const OUTPUT: &str = "[output]";
 /// A file that stands in the scenario.
@@ -115,6 +117,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "adversary" "tables" "none" "senders that disturb or deceive the swarm",
             "event" "tables" "none" "changes during the run",
             "expect" "tables" "none" "conditions that must hold",
+            "measure" "tables" "none" "numbers and times that tables have as columns",
             "output" "table" "" "data for pictures and recordings",
             "assignment" "table" "none" "task for a class",
             "file" "tables" "none" "files that stand in the scenario itself",
@@ -278,6 +281,23 @@ pub const SECTIONS: &[SectionKeys] = &[
             "robots" "robots" "all" "robots whose values are checked",
             "value" "quantity" "" "quantity that is compared",
             "of" "word or integer" "all" "combination of the values of several robots",
+            "equals" "number or string" "" "the value is equal to this one",
+            "differs" "number or string" "" "the value differs from this one",
+            "below" "number" "" "the value is less than this one",
+            "above" "number" "" "the value is greater than this one",
+            "between" "[low, high]" "" "the value lies between these two or equals one of them",
+            "exists" "true or false" "" "true: the value is not nil; false: it is nil",
+            "tolerance" "number" "0" "largest difference between numbers that count as equal",
+        ],
+    },
+    SectionKeys {
+        name: MEASURE,
+        keys: scenario_keys![
+            "name" "string" "" "name of the column: letters, digits and _",
+            "value" "quantity" "" "quantity that is measured, or compared",
+            "of" "word or integer" "all" "combination of the values of several robots",
+            "at" "number or \"end\"" "see below" "time of the measure, in seconds",
+            "robots" "robots" "all" "robots whose values are measured",
             "equals" "number or string" "" "the value is equal to this one",
             "differs" "number or string" "" "the value differs from this one",
             "below" "number" "" "the value is less than this one",

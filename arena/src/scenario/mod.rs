@@ -5,10 +5,13 @@
 //! table against which files are checked.
 
 mod adversary;
+mod aggregate;
 mod assignment;
 mod backend;
 mod body;
 mod bridge;
+mod column;
+mod condition;
 mod describe;
 mod error;
 mod event;
@@ -18,6 +21,7 @@ mod folder;
 mod group;
 pub mod keys;
 mod load;
+mod measure;
 mod medium;
 mod mix;
 mod output;
@@ -41,24 +45,28 @@ use folder::Folder;
 
 pub(crate) use adversary::first_too_many;
 pub use adversary::{ADVERSARIES_MAX, Adversary, AdversaryKind};
+pub use aggregate::{Aggregate, AggregateRule, FORMS as AGGREGATES, Filter};
 pub use assignment::{Assignment, Task};
 pub use backend::{Backend, DoorSection, ImageSection};
 pub use bridge::BridgeSection;
+pub use column::OWN_COLUMNS;
+pub use condition::{Condition, ExpectedValue, Of, Reduction, Test};
 pub(crate) use error::settings_error;
 pub use error::{ScenarioCause, ScenarioError};
 pub use event::{MoveTarget, NewNumbers, ScheduledEvent, WorldChange};
-pub use expect::{Expect, ExpectedValue, Of, Reduction, Test, When};
+pub use expect::{Expect, When};
 pub use files::{EmbeddedFiles, sections as file_sections, without_files};
 pub(crate) use group::Standing;
 pub use group::{Group, GroupId, Heading, ListedPlace, Placement};
 pub use load::Load;
 pub(crate) use load::{each_group_of, groups_of};
+pub use measure::{Measure, MeasureTime};
 pub use medium::{LossSetting, MediaSettings, MediumSettings};
 pub use output::OutputSection;
 pub use read::{Entry, Section};
 pub use select::Selection;
 pub(crate) use space::{Space, length_up};
-pub use value::{FORMS as QUANTITIES, Key, Quantity, Swarm};
+pub use value::{FORMS as QUANTITIES, GroundArea, Key, Quantity, Swarm};
 pub use world::{
     LampSection, MovableSection, ObstacleSection, Outline, PatchSection, Shape, WorldSection,
 };
@@ -80,6 +88,8 @@ pub struct Scenario {
     pub events: Vec<ScheduledEvent>,
     /// Conditions that must hold.
     pub expects: Vec<Expect>,
+    /// Numbers and times of a run, which become columns.
+    pub measures: Vec<Measure>,
     /// The results of a run that are kept.
     pub output: OutputSection,
     /// The task for a class, if the scenario is an assignment.
@@ -280,7 +290,8 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         space::check_starts(root, known, &groups, &events);
     }
     let expects = expect::read_all(root, &robot_index, known.duration);
-    let output = output::read(root, &robot_index);
+    let measures = measure::read_all(root, &robot_index, known.duration);
+    let output = output::read(root, &robot_index, known.duration);
     let assignment = assignment::read(root);
     let robot_index = Arc::new(robot_index);
     Some(Scenario {
@@ -291,6 +302,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         bridge,
         events,
         expects,
+        measures,
         output,
         assignment,
         loads,

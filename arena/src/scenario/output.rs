@@ -2,8 +2,8 @@
 
 use bittybuzz_toml_reader::Place;
 
+use super::condition::quantity;
 use super::error::ScenarioCause;
-use super::expect::quantity;
 use super::keys::OUTPUT;
 use super::read::Section;
 use super::select::RobotIndex;
@@ -19,14 +19,16 @@ pub struct OutputSection {
     pub plot: Vec<(Quantity, Place)>,
 }
 
-pub fn read(root: &Section<'_>, robot_index: &RobotIndex) -> OutputSection {
+pub fn read(root: &Section<'_>, robot_index: &RobotIndex, duration: f64) -> OutputSection {
     let mut output = OutputSection { every: 1.0, plot: Vec::new() };
     let Some(section) = root.section("output", OUTPUT) else { return output };
     if let Some(every) = section.get("every").and_then(|entry| seconds(&entry, 0.1..=3600.0)) {
         output.every = every;
     }
     let items = section.get("plot").and_then(|entry| entry.list()).unwrap_or_default();
-    output.plot = items.iter().filter_map(|item| Some((quantity(item)?, item.place()))).collect();
+    let quantities =
+        items.iter().filter_map(|item| Some((quantity(item, duration)?, item.place())));
+    output.plot = quantities.collect();
     for (quantity, place) in &output.plot {
         if robot_index.none_provides(quantity) {
             root.reader.fail_at(place, ScenarioCause::Unseen { quantity: quantity.to_string() });

@@ -2,13 +2,20 @@
 
 use std::fmt;
 
-/// The written forms of quantities.
+use super::aggregate::Aggregate;
+
+/// The written forms of quantities. [`aggregate::FORMS`](super::aggregate::FORMS) has those that
+/// combine the values of several robots.
 pub const FORMS: &[&str] = &[
     "x",
     "y",
     "z",
     "heading",
     "distance(X, Y)",
+    "displacement",
+    "displacement(TIME)",
+    "inside(X, Y, RADIUS)",
+    "inside(X, Y, WIDTH, HEIGHT)",
     "led",
     "neighbors",
     "free",
@@ -27,6 +34,7 @@ pub const FORMS: &[&str] = &[
     "swarm.spread",
     "swarm.contacts",
     "swarm.components",
+    "swarm.cluster(DISTANCE)",
 ];
 
 /// A value that every robot has at every time, or that all of them have together.
@@ -42,6 +50,11 @@ pub enum Quantity {
     Heading,
     /// The distance on the ground to a point, in mm.
     Distance([f64; 2]),
+    /// The distance on the ground, in mm, to the place where it was at a time in seconds, or where
+    /// it entered the world.
+    Displacement(Option<f64>),
+    /// 1 while its center is in an area of the ground, else 0.
+    Inside(GroundArea),
     /// The color that the LED shows, 0 to 7.
     Led,
     /// The number of robots whose frames it has received recently.
@@ -80,10 +93,19 @@ pub enum Quantity {
     },
     /// A measure of all selected robots.
     Swarm(Swarm),
+    /// One number from the values of all selected robots.
+    Aggregate(Box<Aggregate>),
+}
+
+/// An area of the ground around a center, with its edge. All lengths are in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GroundArea {
+    Disc { at: [f64; 2], radius: f64 },
+    Box { at: [f64; 2], size: [f64; 2] },
 }
 
 /// A quantity of a swarm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Swarm {
     /// The agreement of their headings: the length of the mean of unit vectors, 0 to 1.
     Polarisation,
@@ -96,6 +118,9 @@ pub enum Swarm {
     /// The number of connected components: groups of robots that receive each other, directly or
     /// through others.
     Components,
+    /// The number of robots in the largest cluster. A cluster is a set of robots whose centers are
+    /// at most this far apart, in mm on the ground, directly or through others.
+    Cluster(f64),
 }
 
 const SWARM: [(&str, Swarm); 5] = [
@@ -127,16 +152,46 @@ impl Quantity {
             | Quantity::Global { .. }
             | Quantity::Stigmergy { .. } => false,
             Quantity::Steps => counts_steps,
+            Quantity::Aggregate(_) => {
+                self.parts().into_iter().all(|part| part.is_seen_on_firmware(counts_steps))
+            }
             _ => true,
         }
+    }
+
+    /// Returns true if all selected robots have one value together.
+    pub fn is_of_swarm(&self) -> bool {
+        matches!(self, Quantity::Swarm(_) | Quantity::Aggregate(_))
+    }
+
+    /// Returns the quantities of single robots that it is read from: itself, or those of an
+    /// aggregate.
+    pub fn parts(&self) -> Vec<&Quantity> {
+        match self {
+            Quantity::Aggregate(of) => {
+                let among = of.among.iter().map(|filter| &filter.value);
+                [&of.value].into_iter().chain(among).collect()
+            }
+            other => vec![other],
+        }
+    }
+
+    /// Returns the times in seconds at which its robots' places have to be kept.
+    pub fn times_of_places(&self) -> impl Iterator<Item = f64> {
+        self.parts().into_iter().filter_map(|part| match part {
+            Quantity::Displacement(time) => *time,
+            _ => None,
+        })
     }
 
     /// Returns the unit; `None` for numbers without one.
     pub fn unit(&self) -> Option<&'static str> {
         match self {
-            Quantity::X | Quantity::Y | Quantity::Z | Quantity::Distance(_) => Some("mm"),
+            Quantity::X | Quantity::Y | Quantity::Z => Some("mm"),
+            Quantity::Distance(_) | Quantity::Displacement(_) => Some("mm"),
             Quantity::Swarm(Swarm::Nearest | Swarm::Spread) => Some("mm"),
             Quantity::Heading => Some("°"),
+            Quantity::Aggregate(of) => of.unit(),
             _ => None,
         }
     }
@@ -149,6 +204,9 @@ impl Quantity {
             return Some(Quantity::Global { name, keys: words.map(key).collect::<Option<_>>()? });
         }
         if let Some(word) = text.strip_prefix("swarm.") {
+            if let Some([distance]) = arguments(word, "cluster") {
+                return (distance >= 0.0).then_some(Quantity::Swarm(Swarm::Cluster(distance)));
+            }
             let found = SWARM.iter().find(|(known, _)| *known == word);
             return found.map(|(_, of)| Quantity::Swarm(*of));
         }
@@ -159,16 +217,29 @@ impl Quantity {
                 key: self::key(key)?,
             });
         }
-        if let Some(point) = text.strip_prefix("distance(") {
-            let (x, y) = point.strip_suffix(')')?.split_once(',')?;
-            let point = [x.trim().parse::<f64>().ok()?, y.trim().parse::<f64>().ok()?];
-            return point.iter().all(|axis| axis.is_finite()).then_some(Quantity::Distance(point));
+        if let Some(point) = arguments(text, "distance") {
+            return Some(Quantity::Distance(point));
+        }
+        if let Some([time]) = arguments(text, "displacement") {
+            return (time >= 0.0).then_some(Quantity::Displacement(Some(time)));
+        }
+        if let Some([x, y, radius]) = arguments(text, "inside") {
+            let area = GroundArea::Disc { at: [x, y], radius };
+            return (radius >= 0.0).then_some(Quantity::Inside(area));
+        }
+        if let Some([x, y, width, height]) = arguments(text, "inside") {
+            let area = GroundArea::Box { at: [x, y], size: [width, height] };
+            return (width >= 0.0 && height >= 0.0).then_some(Quantity::Inside(area));
+        }
+        if let Some(aggregate) = Aggregate::parse(text) {
+            return Some(Quantity::Aggregate(Box::new(aggregate)));
         }
         Some(match text {
             "x" => Quantity::X,
             "y" => Quantity::Y,
             "z" => Quantity::Z,
             "heading" => Quantity::Heading,
+            "displacement" => Quantity::Displacement(None),
             "led" => Quantity::Led,
             "neighbors" => Quantity::Neighbors,
             "free" => Quantity::Free,
@@ -182,6 +253,15 @@ impl Quantity {
             _ => return None,
         })
     }
+}
+
+/// Returns the finite numbers of `NAME(NUMBER, NUMBER)`, if the text has this form and as many.
+fn arguments<const N: usize>(text: &str, name: &str) -> Option<[f64; N]> {
+    let inner = text.strip_prefix(name)?.strip_prefix('(')?.strip_suffix(')')?;
+    let numbers = inner.split(',').map(|number| number.trim().parse::<f64>().ok());
+    let numbers: Vec<f64> = numbers.collect::<Option<_>>()?;
+    let numbers: [f64; N] = numbers.try_into().ok()?;
+    numbers.iter().all(|number| number.is_finite()).then_some(numbers)
 }
 
 /// Parses a key. Digits make an integer key.
@@ -207,6 +287,14 @@ impl fmt::Display for Quantity {
             Quantity::Z => f.write_str("z"),
             Quantity::Heading => f.write_str("heading"),
             Quantity::Distance([x, y]) => write!(f, "distance({x}, {y})"),
+            Quantity::Displacement(None) => f.write_str("displacement"),
+            Quantity::Displacement(Some(time)) => write!(f, "displacement({time})"),
+            Quantity::Inside(GroundArea::Disc { at: [x, y], radius }) => {
+                write!(f, "inside({x}, {y}, {radius})")
+            }
+            Quantity::Inside(GroundArea::Box { at: [x, y], size: [width, height] }) => {
+                write!(f, "inside({x}, {y}, {width}, {height})")
+            }
             Quantity::Led => f.write_str("led"),
             Quantity::Neighbors => f.write_str("neighbors"),
             Quantity::Free => f.write_str("free"),
@@ -222,6 +310,8 @@ impl fmt::Display for Quantity {
                 keys.iter().try_for_each(|key| write!(f, ".{key}"))
             }
             Quantity::Stigmergy { number, key } => write!(f, "stigmergy.{number}.{key}"),
+            Quantity::Aggregate(of) => of.fmt(f),
+            Quantity::Swarm(Swarm::Cluster(distance)) => write!(f, "swarm.cluster({distance})"),
             Quantity::Swarm(of) => {
                 let word = SWARM.iter().find(|(_, known)| known == of);
                 let (word, _) = word.expect("each measure of a swarm has a word");

@@ -116,8 +116,8 @@ pub fn run(
         .collect();
     let Some(variants) = variants else { return Ok(ExitStatus::CompileError) };
     let first = variants.first().expect("there is one combination even of no values");
-    let columns = metrics::names(&first.opened.scenario);
-    if variants.iter().any(|variant| metrics::names(&variant.opened.scenario) != columns) {
+    let columns = metrics::metrics(&first.opened.scenario);
+    if variants.iter().any(|variant| metrics::metrics(&variant.opened.scenario) != columns) {
         return Err(BatchError::DifferentColumns.into());
     }
     if variants.iter().any(|variant| doors::exist(&variant.opened.scenario)) {
@@ -166,7 +166,8 @@ pub fn run(
     let rows: Vec<RunRow> =
         ends.iter().map(|(number, end)| row(&runs[*number], end, columns.len())).collect();
     let keys = first.settings.iter().map(|setting| parts(setting).0).collect();
-    let table = RunTable { parameters: keys, rows, metrics: columns.clone() };
+    let names = columns.iter().map(|column| column.name.clone()).collect();
+    let table = RunTable { parameters: keys, rows, metrics: names };
     let kept = ends.values().filter(|end| end.is_ok()).count();
     let folder = journal.as_ref().map(|journal| journal.folder().to_owned());
     if let (Some(path), true) = (&arguments.csv, is_complete) {
@@ -187,7 +188,8 @@ pub fn run(
             // The table has a row for each end.
             let rows = ends.keys().zip(&table.rows).filter(|(number, _)| is_own(number));
             let rows: Vec<&RunRow> = rows.map(|(_, row)| row).collect();
-            table::describe(&columns, &rows, variant.settings, &mut text);
+            let duration = variant.opened.scenario.world.duration;
+            table::describe(&columns, &rows, variant.settings, duration, &mut text);
         }
     }
     output::write(&text)?;
@@ -448,7 +450,7 @@ mod tests {
         let variants = [Variant { settings: &[], opened, setup, faulty: Mutex::default() }];
         let runs: Vec<BatchRun> =
             (1..=8).map(|seed| BatchRun { variant: &variants[0], seed }).collect();
-        let columns = metrics::names(&variants[0].opened.scenario).len();
+        let columns = metrics::metrics(&variants[0].opened.scenario).len();
         let (journal, finished) = journal(&arguments, &variants, [runs.len(), columns]).unwrap();
         let batch = Batch {
             runs: &runs,

@@ -9,9 +9,10 @@ use bittybuzz_arena::robot::{Consequence, FaultCounts, ProgramId};
 use bittybuzz_arena::run::{
     self, Convergence, FaultOf, OverrunSummary, Setup, Summary, TICKS_PER_SECOND, Verdict,
 };
+use bittybuzz_arena::scenario::MeasureTime;
 use bittybuzz_compiler::symbols::SourceSpan;
 use bittybuzz_fault::{Backtrace, FaultReport, KnownProgram, accepted};
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::program::LoadedProgram;
 use crate::report;
@@ -30,7 +31,7 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
             Verdict::Failed => "FAILED",
             Verdict::Open => "OPEN",
         };
-        let place = &expect.place;
+        let place = &expect.condition.place;
         let name = expect.name.as_ref().map_or(String::new(), |name| format!("{name}: "));
         lines.push(format!(
             "{verdict:<7} {}:{}: {name}{expect}; {}",
@@ -41,6 +42,15 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
         if let Some((robot, number)) = convergence.against {
             lines.push(format!("        robot {} had {number}", setup.id(robot)));
         }
+    }
+    for (measure, value) in setup.scenario.measures.iter().zip(&summary.measures) {
+        let value = match (value, measure.time) {
+            (Some(value), MeasureTime::First) => format!("at {value:.1} s"),
+            (Some(value), _) => ((value * 1e3).round() / 1e3).to_string(),
+            (None, MeasureTime::First) => "not reached".to_owned(),
+            (None, _) => "none".to_owned(),
+        };
+        lines.push(format!("measure {}: {value}; {measure}", measure.name));
     }
     let LinkStatistics { sent, received, lost, collided, deaf, .. } =
         summary.statistics.all_links();
@@ -144,7 +154,7 @@ pub fn json(setup: &Setup, programs: &[Arc<LoadedProgram>], summary: &Summary) -
     let expects: Vec<Value> = expects
         .map(|(expect, convergence)| {
             json!({
-                "line": expect.place.line,
+                "line": expect.condition.place.line,
                 "name": expect.name,
                 "text": expect.to_string(),
                 "held": convergence.verdict == Verdict::Held,
@@ -156,6 +166,9 @@ pub fn json(setup: &Setup, programs: &[Arc<LoadedProgram>], summary: &Summary) -
             })
         })
         .collect();
+    let measures = setup.scenario.measures.iter().zip(&summary.measures);
+    let measures: Map<String, Value> =
+        measures.map(|(measure, value)| (measure.name.clone(), json!(value))).collect();
     let faults: Vec<Value> = summary
         .faults
         .iter()
@@ -204,6 +217,7 @@ pub fn json(setup: &Setup, programs: &[Arc<LoadedProgram>], summary: &Summary) -
         "robots": summary.robots,
         "seconds": seconds(summary.ticks),
         "expects": expects,
+        "measures": measures,
         "plot": plot,
         "frames": {
             "sent": links.sent, "received": links.received, "lost": links.lost, "collided": links.collided,
