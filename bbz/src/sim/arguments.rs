@@ -27,8 +27,10 @@ Examples:
 
 docs/scenario.md describes scenario files.
 
-Exit status: 0 every [[expect]] held, 1 one did not or a script had an error that none counts, 2 the scenario is wrong
-or a script does not compile, 3 wrong command line or file, 130 many runs were stopped by Ctrl-C or SIGTERM.";
+Exit status of one run: 0 every [[expect]] held, 1 one did not or a script had an error that none counts.
+Exit status of many runs (--runs, --csv, several values of --set): 0 all ended, and failed expectations are counted in
+the result, 1 one could not go on, 130 stopped by Ctrl-C or SIGTERM.
+Of both: 2 the scenario is wrong or a script does not compile, 3 wrong command line or file.";
 
 /// Arguments of `bbz sim`.
 #[derive(Debug, Args)]

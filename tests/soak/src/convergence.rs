@@ -88,7 +88,7 @@ fn measure(build: Build, loss: u32, runs: usize, csv: &std::path::Path) -> Resul
     let set = format!("medium.nrf24.loss={}", f64::from(loss) / 100.0);
     let arguments =
         ["sim", SCENARIO, "--headless", "--runs", &runs_text, "--set", &set, "--csv", &csv_text];
-    // The status is 1 if an expectation failed, which the table reports as well.
+    // The status is 1 if a run could not go on, which the table reports as well.
     Invocation::named("bbz", &bbz, &arguments)
         .output_if(|output| matches!(output.status.code(), Some(0 | 1)))?;
     Ok(times_of(&fs::read_to_string(csv)?, runs))

@@ -51,7 +51,7 @@ fn consensus(first: &str) -> Result<Verdict> {
     let set = set.map(|set| ["--set", set]).concat();
     let seeds = ["--seed", first, "--runs", &runs, "--csv", &table];
     let arguments = [&["sim", CONSENSUS, "--headless"], &set[..], &seeds].concat();
-    // The status is 1 if an expectation failed, which the table reports as well.
+    // The status is 1 if a run could not go on, which the table reports as well.
     Invocation::named("bbz", &bbz, &arguments)
         .output_if(|output| matches!(output.status.code(), Some(0 | 1)))?;
     Ok(match agreed_since(&fs::read_to_string(&csv)?) {
