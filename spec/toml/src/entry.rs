@@ -56,6 +56,11 @@ impl<'a, C: Cause> TomlEntry<'a, C> {
         self.source.place(self.span.clone())
     }
 
+    /// Returns the text of the value, as it stands in the file.
+    pub fn text(&self) -> &'a str {
+        self.source.text.get(self.span.clone()).unwrap_or_default()
+    }
+
     /// Records that the value has another type than the key takes.
     pub fn wrong_type(&self, expected: &'static str) {
         let found = match self.value {

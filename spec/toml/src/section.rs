@@ -181,6 +181,45 @@ impl<'a, C: Cause> Section<'a, C> {
         is_set.then(|| Section::new(self.reader, self.source, name, path, span, None))
     }
 
+    /// Returns the values of a table whose keys the format does not know, in the order of the file.
+    /// An override replaces the value of its key; those of other keys come last.
+    pub fn free_table(&self, key: &str) -> Vec<TomlEntry<'a, C>> {
+        let path = self.path_of(key);
+        let mut entries: Vec<TomlEntry<'a, C>> = Vec::new();
+        if let Some(entry) = self.get(key) {
+            let DeValue::Table(table) = entry.value else {
+                entry.wrong_type("a table");
+                return entries;
+            };
+            entries.extend(table.iter().map(|(name, value)| TomlEntry {
+                reader: entry.reader,
+                source: entry.source,
+                key: name.get_ref().to_string(),
+                path: format!("{path}.{}", name.get_ref()),
+                span: value.span(),
+                value: value.get_ref(),
+            }));
+            entries.sort_by_key(|entry| entry.span.start);
+        }
+        for set in self.reader.overrides {
+            let name = set.key.strip_prefix(&path).and_then(|rest| rest.strip_prefix('.'));
+            let Some(name) = name else { continue };
+            let entry = TomlEntry {
+                reader: self.reader,
+                source: &set.source,
+                key: name.to_owned(),
+                path: set.key.to_owned(),
+                span: set.value.span(),
+                value: set.value.get_ref(),
+            };
+            match entries.iter_mut().find(|known| known.key == name) {
+                Some(known) => *known = entry,
+                None => entries.push(entry),
+            }
+        }
+        entries
+    }
+
     /// Returns the tables that are written as `[[key]]`.
     pub fn sections(&self, key: &str, name: &'static str) -> Vec<Section<'a, C>> {
         let items = self.get(key).and_then(|entry| entry.list()).unwrap_or_default();
