@@ -23,6 +23,7 @@ pub mod include;
 mod layout;
 pub mod lexer;
 pub mod limits;
+pub mod literals;
 pub mod messages;
 pub mod parser;
 pub mod profile;
