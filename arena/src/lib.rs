@@ -30,6 +30,7 @@
 //! * [`run`]: a run of a scenario, with the scripts of its robots, its events, expectations and
 //!   observers.
 //! * [`scenario`]: files with the content of a world, its events, and the expected results.
+//! * [`sweep`]: many runs with several values of some keys, as data.
 //! * [`statistics`]: quantiles, and times that not every run reaches.
 
 #![forbid(unsafe_code)]
@@ -40,3 +41,4 @@ pub mod robot;
 pub mod run;
 pub mod scenario;
 pub mod statistics;
+pub mod sweep;
