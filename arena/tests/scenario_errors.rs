@@ -767,7 +767,7 @@ fn errors_in_set_options_name_the_option() {
         ("medium.ir.loss=2", &["--set medium.ir.loss:1:1", "`loss` cannot be 2"][..]),
         ("medium.ir.los=0.2", &["--set medium.ir.los:1:1", "did you mean `loss`?"]),
         ("robots.1.count=3", &["there is no `robots.1`", "the file has 1"]),
-        ("robots.count=3", &["there is no `robots.count`"]),
+        ("robots.count=3", &["--set robots.count:1:1", "no group of robots is named `count`"]),
         ("wrld.seed=3", &["--set wrld.seed", "did you mean `world`?"]),
         ("world.seed=abc", &["`seed` must be an integer, not a string"]),
         ("robots.0.script=wakl.bzz", &["--set robots.0.script", "`walk.bzz`?"]),

@@ -11,6 +11,7 @@ use bittybuzz_vm_core::{FlashArea, Periods, Sizes};
 use crate::engine::TICK_US;
 
 use super::call::{Done, Effect};
+use super::content::ScriptNumber;
 use super::program::ProgramId;
 
 const TICKS_PER_SECOND: u32 = 1_000_000 / TICK_US;
@@ -60,6 +61,8 @@ pub struct GroupContext {
     pub periods: Periods,
     /// The consequence of a fault.
     pub on_fault: OnFault,
+    /// The numbers that globals of the script have after its global code.
+    pub globals: Box<[(u16, ScriptNumber)]>,
     robot: Arc<Robot>,
     /// The hash of each function's name, ascending, its index in the robot file, and its effect.
     functions: Vec<(u16, usize, Effect)>,
@@ -107,9 +110,16 @@ impl GroupContext {
                 advertise: steps(vm.advertise_steps),
             },
             on_fault: robot.on_fault,
+            globals: Box::default(),
             robot: Arc::clone(robot),
             functions,
         }
+    }
+
+    /// Sets the numbers that globals of the script have after its global code.
+    #[must_use]
+    pub fn with_globals(self, globals: Box<[(u16, ScriptNumber)]>) -> Self {
+        GroupContext { globals, ..self }
     }
 
     /// Returns the context of robots whose program has a question at the end of that of `base`.

@@ -315,6 +315,9 @@ where
                         ScriptStage::Init | ScriptStage::Step => ScriptStage::Step,
                         ScriptStage::Pause => ScriptStage::Pause,
                     };
+                    if stage == ScriptStage::Global && !state.context.globals.is_empty() {
+                        set_initial_globals(vm, &state.context.globals);
+                    }
                     if !state.settings.is_empty() {
                         set_globals(vm, &state.settings_after(stage));
                     }
@@ -342,6 +345,25 @@ where
                 }
             }
         }
+    }
+}
+
+/// Sets globals to their numbers of the scenario, after the global code. An integer becomes a float
+/// if the global code assigned one, so that the values of a sweep have one type.
+#[cold] // Once for each start of a script.
+fn set_initial_globals<P: Profile, C: ByteCode, const SLOTS: usize>(
+    vm: &mut Vm<P, C, SLOTS>,
+    globals: &[(u16, ScriptNumber)],
+) {
+    for (global, number) in globals {
+        let now = vm.global(*global).and_then(ScriptNumber::from_value);
+        let number = match (now, *number) {
+            (Some(ScriptNumber::Float(_)), ScriptNumber::Int(number)) => {
+                ScriptNumber::Float(number as f32)
+            }
+            (_, number) => number,
+        };
+        vm.set_global(*global, number.value());
     }
 }
 

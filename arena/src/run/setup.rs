@@ -30,8 +30,10 @@ use super::quantity::QuantityProbe;
 use super::settings::{media, media_of};
 use super::tick_at;
 
+mod initial_globals;
 mod questions;
 
+use initial_globals::check_globals;
 use questions::check_question;
 
 /// The reason why a program with a question is there.
@@ -121,6 +123,9 @@ impl Setup {
                 Ok(probe) => measures.push(BoundMeasure::new(measure, probe)),
                 Err(error) => errors.push(error),
             }
+        }
+        for (group, loaded) in scenario.groups.iter().zip(&programs) {
+            check_globals(&scenario, &programs, (group, loaded), &mut errors);
         }
         for event in &scenario.events {
             if errors.len() >= MISTAKES_MAX {
@@ -456,13 +461,16 @@ fn context(of: &Group, program: (ProgramId, &Program), ids: Arc<[u16]>) -> Arc<G
 }
 
 fn new_context(
-    Group { robot, model, .. }: &Group,
+    Group { robot, model, globals, .. }: &Group,
     (id, program): (ProgramId, &Program),
     ids: Arc<[u16]>,
 ) -> GroupContext {
     let effect = |function: &_| model.effect(function).or_else(|| common_effect(function));
     let (image, symbols) = ((id, &*program.image), program.symbols.clone());
+    // A script that an event loads may lack some of the globals.
+    let globals = globals.iter().filter_map(|of| Some((program.global(&of.name)?, of.number)));
     GroupContext::new(robot, image, symbols, model.budget(), ids, effect)
+        .with_globals(globals.collect())
 }
 
 /// Returns the robots' ids in the order in which they enter the world.

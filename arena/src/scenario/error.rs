@@ -7,6 +7,7 @@ use bittybuzz_robot_spec::{RobotError, SettingError};
 use bittybuzz_toml_reader::{self as toml_reader, FileError, TomlError, one_of};
 
 use crate::robot::step_rates;
+use crate::sweep::RangeError;
 
 /// A mistake in a scenario: a sentence (`Display`), and optionally a place and a remedy
 /// ([`FileError::help`]).
@@ -87,6 +88,16 @@ pub enum ScenarioCause {
     Question { error: QuestionError },
     /// A comparison that needs a number has none.
     NotANumber { of: &'static str },
+    /// A float for a global that begins as an integer: the line of the script where it does.
+    FloatForInteger { name: String, value: String, script: String, line: u32 },
+    /// A study without parameters.
+    NoParameters,
+    /// A key that cannot vary in a study.
+    BadParameter { key: String },
+    /// A range without values.
+    BadRange { error: RangeError },
+    /// Two parameters of a list with different numbers of values.
+    UnlikeLists { keys: [String; 2], counts: [usize; 2] },
     /// A measure that is to be a number, of a quantity that each robot has.
     NoNumber { value: String },
     /// A quantity that needs the places of robots at a time at which the run does not keep them.
@@ -261,6 +272,18 @@ impl fmt::Display for ScenarioCause {
             ScenarioCause::Question { error } => error.fmt(f),
             ScenarioCause::NotANumber { of } => {
                 write!(f, "\"{of}\" needs a comparison with a number")
+            }
+            ScenarioCause::FloatForInteger { name, value, script, line } => {
+                write!(
+                    f,
+                    "`{name}` is an integer in line {line} of `{script}`, and {value} is a float"
+                )
+            }
+            ScenarioCause::NoParameters => f.write_str("[sweep] has no parameter"),
+            ScenarioCause::BadParameter { key } => write!(f, "`{key}` cannot vary"),
+            ScenarioCause::BadRange { error } => error.fmt(f),
+            ScenarioCause::UnlikeLists { keys: [one, other], counts: [count, other_count] } => {
+                write!(f, "`{one}` has {count} values and `{other}` has {other_count}")
             }
             ScenarioCause::NoNumber { value } => {
                 write!(
@@ -567,6 +590,21 @@ impl toml_reader::Cause for ScenarioCause {
                 "give the new script a name of its own: what was done before is written down with the old one"
                     .to_owned(),
             ),
+            ScenarioCause::FloatForInteger { name, .. } => Some(format!(
+                "write an integer; or, if the script computes with floats, begin there with `{name} = 1.0` or another number with a point"
+            )),
+            ScenarioCause::NoParameters => {
+                Some("write a [[sweep.parameter]] with `key` and `values`".to_owned())
+            }
+            ScenarioCause::BadParameter { .. } => {
+                Some("write a key of the scenario, such as key = \"medium.ir.loss\"".to_owned())
+            }
+            ScenarioCause::BadRange { .. } => {
+                Some("write it as FIRST:LAST:STEP, for example \"1:9:2\"".to_owned())
+            }
+            ScenarioCause::UnlikeLists { .. } => {
+                Some("design = \"list\" needs as many values of each; \"grid\" combines all".to_owned())
+            }
             ScenarioCause::NoNumber { value } => Some(format!(
                 "combine the values: of = \"mean\" or another word, or value = \"share({value} == 1)\"; or compare them, and get the first time at which it is true"
             )),

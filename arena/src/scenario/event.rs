@@ -384,7 +384,7 @@ fn number_of_each(
 }
 
 /// Reads a number of a script: an integer, or a float with a decimal point.
-fn script_number(entry: &Entry<'_>, is_tiny: bool) -> Option<ScriptNumber> {
+pub fn script_number(entry: &Entry<'_>, is_tiny: bool) -> Option<ScriptNumber> {
     Some(match (entry.value, is_tiny) {
         (DeValue::Integer(_), true) => int(entry.number(i16::MIN.into()..=i16::MAX.into())?),
         (DeValue::Integer(_), false) => int(entry.number(i32::MIN.into()..=i32::MAX.into())?),

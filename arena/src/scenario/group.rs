@@ -13,6 +13,7 @@ use crate::robot::RobotModel;
 
 use super::backend::Backend;
 use super::files::EmbeddedFiles;
+use super::globals::InitialGlobal;
 use super::medium::MediumSettings;
 
 /// The number of a group in its scenario, from 0 in the order of the file.
@@ -64,6 +65,8 @@ pub struct Group {
     /// The settings in the robots' flash, in the order of the robot file; none if the scenario has no
     /// `settings`.
     pub settings: Vec<Option<u16>>,
+    /// The numbers with which the robots' script begins.
+    pub globals: Vec<InitialGlobal>,
     /// The place of the group in the file.
     pub place: Place,
 }

@@ -60,6 +60,10 @@ pub const COMMAND: &str = "the command";
 pub const EXPECT: &str = "this [[expect]]";
 /// A measure.
 pub const MEASURE: &str = "this [[measure]]";
+/// The runs of a study.
+pub const SWEEP: &str = "[sweep]";
+/// A parameter of a study.
+pub const SWEEP_PARAMETER: &str = "this [[sweep.parameter]]";
 /// The results of a run that are kept.
 pub const OUTPUT: &str = "[output]";
 /// A file that stands in the scenario.
@@ -119,6 +123,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "expect" "tables" "none" "conditions that must hold",
             "measure" "tables" "none" "numbers and times that tables have as columns",
             "output" "table" "" "data for pictures and recordings",
+            "sweep" "table" "none" "values of keys that a batch of runs compares",
             "assignment" "table" "none" "task for a class",
             "file" "tables" "none" "files that stand in the scenario itself",
         ],
@@ -194,6 +199,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "present" "true or false" "true" "false: the robots are absent until they `join`",
             "model" "table" "see [body]" "settings of these robots that differ from [body]",
             "link" "table" "see [medium]" "settings of these robots' frames that differ from [medium]",
+            "globals" "table of numbers" "those of the script" "numbers with which globals of the script begin, as { GROUP = 3 }",
             "settings" "list of words" "" "settings in the robots' flash, as `bbz flash --set` takes them: \"NAME=NUMBER\"",
         ],
     },
@@ -312,6 +318,27 @@ pub const SECTIONS: &[SectionKeys] = &[
         keys: scenario_keys![
             "every" "number" "1" "seconds between two samples of recordings and pictures",
             "plot" "list of quantities" "none" "quantities whose curves `--svg` and the page draw, and that `--csv` and the summary print",
+        ],
+    },
+    SectionKeys {
+        name: SWEEP,
+        keys: scenario_keys![
+            "design" "word" "grid" "points of the values: grid, all combinations; list, values of equal position; random or latin-hypercube, drawn",
+            "chance" "word" "" "random numbers: common, all points have the same seeds; independent, each point has its own",
+            "seeds" "integer" "1" "runs of each point; `--runs` replaces it",
+            "points" "integer" "" "random, latin-hypercube: number of points",
+            "seed" "integer" "1" "random, latin-hypercube: seed of the draws",
+            "parameter" "tables" "" "keys that vary; at least one",
+        ],
+    },
+    SectionKeys {
+        name: SWEEP_PARAMETER,
+        keys: scenario_keys![
+            "key" "string" "" "key of this file, as `--set` takes it",
+            "name" "string" "see below" "name of the column: letters, digits and _",
+            "values" "list or \"FIRST:LAST:STEP\"" "" "values; of random and latin-hypercube, those to draw from",
+            "from" "number" "" "random, latin-hypercube: smallest value; integers are drawn if both ends are integers",
+            "to" "number" "" "random, latin-hypercube: largest value",
         ],
     },
     SectionKeys {

@@ -32,10 +32,12 @@ impl Scenario {
     }
 }
 
-/// Returns the names that events use in scripts. They are the same for all groups: robots that run one
+/// Returns the names that events and groups use in scripts. They are the same for all groups: robots that run one
 /// script send each other numbers of its functions, which must agree.
-pub fn outside_uses(events: &[ScheduledEvent]) -> OutsideUses {
+pub fn outside_uses(events: &[ScheduledEvent], groups: &[Group]) -> OutsideUses {
     let mut uses = OutsideUses::default();
+    let globals = groups.iter().flat_map(|group| &group.globals);
+    uses.assigned.extend(globals.map(|global| global.name.clone()));
     for event in events {
         match &event.action {
             WorldChange::Call { function, .. } => uses.called.insert(function.clone()),

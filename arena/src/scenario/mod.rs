@@ -18,6 +18,7 @@ mod event;
 mod expect;
 mod files;
 mod folder;
+mod globals;
 mod group;
 pub mod keys;
 mod load;
@@ -29,6 +30,7 @@ mod read;
 mod robots;
 mod select;
 mod space;
+mod sweep;
 mod time;
 mod value;
 mod world;
@@ -41,6 +43,7 @@ use bittybuzz_toml_reader::{self as toml_reader, Override, SourceText};
 
 use crate::engine::Medium;
 use crate::robot::{DESCRIBED_LINK, Models, RobotModel};
+use crate::sweep::{KeyNames, UnknownName};
 use folder::Folder;
 
 pub(crate) use adversary::first_too_many;
@@ -56,6 +59,7 @@ pub use error::{ScenarioCause, ScenarioError};
 pub use event::{MoveTarget, NewNumbers, ScheduledEvent, WorldChange};
 pub use expect::{Expect, When};
 pub use files::{EmbeddedFiles, sections as file_sections, without_files};
+pub use globals::InitialGlobal;
 pub(crate) use group::Standing;
 pub use group::{Group, GroupId, Heading, ListedPlace, Placement};
 pub use load::Load;
@@ -66,6 +70,7 @@ pub use output::OutputSection;
 pub use read::{Entry, Section};
 pub use select::Selection;
 pub(crate) use space::{Space, length_up};
+pub use sweep::{SweepParameter, SweepSection};
 pub use value::{FORMS as QUANTITIES, GroundArea, Key, Quantity, Swarm};
 pub use world::{
     LampSection, MovableSection, ObstacleSection, Outline, PatchSection, Shape, WorldSection,
@@ -92,6 +97,8 @@ pub struct Scenario {
     pub measures: Vec<Measure>,
     /// The results of a run that are kept.
     pub output: OutputSection,
+    /// The runs of a study, if the scenario is one.
+    pub sweep: Option<SweepSection>,
     /// The task for a class, if the scenario is an assignment.
     pub assignment: Option<Assignment>,
     /// The scripts that events load into robots.
@@ -199,7 +206,18 @@ fn parse(
     set: &[String],
     models: &Models,
 ) -> Result<Scenario, Vec<ScenarioError>> {
-    let sets: Vec<(&str, String, &str)> = set.iter().map(|set| split(set)).collect();
+    let mut sets: Vec<(String, String, &str)> = set.iter().map(|set| split(set)).collect();
+    // Most keys need no names.
+    if sets.iter().any(|(key, ..)| key.starts_with("robots.")) {
+        let names = KeyNames::of(text);
+        for (key, shown, value) in &mut sets {
+            *key = names.indexed(key).map_err(|UnknownName { name, groups }| {
+                let place = SourceText::new(shown, value).place(0..value.len());
+                let cause = ScenarioCause::UnknownGroup { name, groups };
+                vec![ScenarioError { cause, place: Some(Box::new(place)) }]
+            })?;
+        }
+    }
     let overrides: Vec<Override<'_>> = sets
         .iter()
         .map(|(key, shown, value)| Override::new(key, SourceText::new(shown, value)))
@@ -273,7 +291,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         events.push(event);
     }
     let loads = load::loads(&events, &groups);
-    let outside = Arc::new(load::outside_uses(&events));
+    let outside = Arc::new(load::outside_uses(&events, &groups));
     for group in &mut groups {
         group.outside = Arc::clone(&outside);
         group.embedded = Arc::clone(&embedded);
@@ -292,6 +310,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
     let expects = expect::read_all(root, &robot_index, known.duration);
     let measures = measure::read_all(root, &robot_index, known.duration);
     let output = output::read(root, &robot_index, known.duration);
+    let sweep = sweep::read(root);
     let assignment = assignment::read(root);
     let robot_index = Arc::new(robot_index);
     Some(Scenario {
@@ -304,6 +323,7 @@ fn scenario(root: &Section<'_>, folder: Folder<'_>, models: &Models) -> Option<S
         expects,
         measures,
         output,
+        sweep,
         assignment,
         loads,
         embedded: Arc::clone(&embedded),
@@ -331,9 +351,12 @@ fn keys_of(section: &str, models: &Models) -> Vec<&'static str> {
     })
 }
 
+/// The beginning of the name of a setting's place in errors, which its key follows.
+pub const SET: &str = "--set";
+
 /// Returns the key and the value of `medium.ir.loss=0.1`, and between them the name of its place in
 /// errors.
-fn split(set: &str) -> (&str, String, &str) {
+fn split(set: &str) -> (String, String, &str) {
     let (key, value) = set.split_once('=').unwrap_or((set, ""));
-    (key.trim(), format!("--set {}", key.trim()), value.trim())
+    (key.trim().to_owned(), format!("{SET} {}", key.trim()), value.trim())
 }

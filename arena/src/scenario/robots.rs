@@ -18,6 +18,7 @@ use super::backend::{self, Backend};
 use super::body;
 use super::error::ScenarioCause;
 use super::folder::{Folder, read_text};
+use super::globals;
 use super::group::{Group, Heading, ListedPlace, Placement};
 use super::keys::ROBOTS;
 use super::medium;
@@ -176,6 +177,8 @@ fn group(
         check_effects(section, robot, &**model);
     }
     let settings = settings(section, robot.as_deref());
+    let profile = robot.as_ref().map(|robot| robot.profile);
+    let globals = globals::read(section, profile);
     let model = match (model, &robot, settings.is_empty()) {
         (Some(model), Some(robot), false) => {
             let with = model.with_settings(&robot.named_settings(&settings));
@@ -258,6 +261,7 @@ fn group(
         model: model?,
         link: link?,
         settings,
+        globals,
         place,
     })
 }

@@ -7,6 +7,7 @@ use bittybuzz_toml_reader::{Place, TomlError};
 use toml::de::DeValue;
 
 use super::error::ScenarioCause;
+use super::group::Group;
 use super::read::{Entry, Section};
 use super::value::Quantity;
 
@@ -18,6 +19,11 @@ impl Selection {
     /// Returns all robots of a scenario with `count` robots.
     pub fn all(count: u32) -> Self {
         Selection(std::iter::once(0..count).collect())
+    }
+
+    /// Returns the robots of a group.
+    pub(crate) fn of_group(group: &Group) -> Self {
+        Selection(std::iter::once(group.first_robot..group.end()).collect())
     }
 
     /// Returns the robots' numbers, ascending and without duplicates.
