@@ -140,13 +140,13 @@ fn tables_are_csv() {
         rows: vec![
             RunRow {
                 seed: 1,
-                parameters: vec!["a,\"b\"".to_owned()],
+                parameters: ["a,\"b\"".to_owned()].into(),
                 metrics: vec![Some(1.5), None],
                 error: None,
             },
             RunRow {
                 seed: 2,
-                parameters: vec![String::new()],
+                parameters: [String::new()].into(),
                 metrics: vec![Some(0.0), None],
                 error: Some("no, room".to_owned()),
             },

@@ -240,8 +240,8 @@ fn a_run_that_fails_is_a_row() {
         "s.toml:4:",
         "make the world",
     ]);
-    assert!(outcome.stdout.contains("robots.0.count=2: 2 of 2 runs succeeded\n"));
-    assert!(outcome.stdout.contains("robots.0.count=60000: 0 of 2 runs succeeded\n"));
+    assert!(outcome.stdout.contains("kilobot.count=2: 2 of 2 runs succeeded\n"));
+    assert!(outcome.stdout.contains("kilobot.count=60000: 0 of 2 runs succeeded\n"));
     let table = String::from_utf8(folder.read("runs.csv")).unwrap();
     let rows: Vec<&str> = table.split_terminator("\r\n").collect();
     assert!(rows[0].ends_with(",overruns,error"), "{}", rows[0]);

@@ -1,12 +1,14 @@
 //! A table with a row for each of many runs, and its form as CSV.
 
+use std::sync::Arc;
+
 /// The results of one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunRow {
     /// Seed of the run.
     pub seed: u32,
     /// The values of the parameters, in the order of [`RunTable::parameters`].
-    pub parameters: Vec<String>,
+    pub parameters: Arc<[String]>,
     /// The metrics, in the order of [`RunTable::metrics`]; `None` where the run has none.
     pub metrics: Vec<Option<f64>>,
     /// The reason why the run has no metrics but `success`, which is 0 then.

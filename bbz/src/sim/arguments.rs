@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::variants::RUNS_MAX;
+use super::plan::RUNS_MAX;
 
 /// The key of the seed in a scenario.
 pub(super) const SEED: &str = "world.seed";
@@ -20,6 +20,8 @@ Examples:
   bbz sim swarm.toml --record run.bbr    keep poses and LEDs of every robot
   bbz sim swarm.toml --set medium.ir.loss=0.3    another value than the file's
   bbz sim swarm.toml --runs 20 --set medium.ir.loss=0,0.3 --csv runs.csv    compare 40 runs
+  bbz sim swarm.toml --runs 20 --set robots.walkers.globals.GROUP=1:9:2    a group's global; columns have its name
+  bbz sim study.toml --csv runs.csv      the runs of its [sweep]
   bbz sim swarm.toml --runs 2000 --csv runs.csv --resume    go on after Ctrl-C or a crash
   bbz sim zooids.toml --set robots.0.backend=firmware    the robots' own image, emulated
   bbz sim swarm.toml --checks            also report numbers that wrapped, memory and cycles
@@ -31,6 +33,15 @@ Exit status of one run: 0 every [[expect]] held, 1 one did not or a script had a
 Exit status of many runs (--runs, --csv, several values of --set): 0 all ended, and failed expectations are counted in
 the result, 1 one could not go on, 130 stopped by Ctrl-C or SIGTERM.
 Of both: 2 the scenario is wrong or a script does not compile, 3 wrong command line or file.";
+
+/// Parses a number of threads.
+fn threads(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok().filter(|number| (1..=THREADS_MAX).contains(number));
+    number.ok_or_else(|| format!("{text} is not in 1..={THREADS_MAX}"))
+}
+
+/// The most threads of a simulation. More would only wait for each other.
+const THREADS_MAX: usize = 4096;
 
 /// Arguments of `bbz sim`.
 #[derive(Debug, Args)]
@@ -74,12 +85,16 @@ pub struct SimArguments {
     /// Write pictures to a folder
     #[arg(long, value_name = "DIR", conflicts_with_all = ["runs", "csv"])]
     pub(super) svg: Option<PathBuf>,
-    /// Number of runs, with one seed after the other
+    /// Number of runs of each combination of values, with one seed after the other
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(RUNS_MAX)))]
     pub(super) runs: Option<u32>,
-    /// Take other values than the file's for a key such as `medium.ir.loss`; with several every combination is simulated
+    /// Take other values than the file's for a key such as `medium.ir.loss`; with several (also 1:9:2) every combination is
+    /// simulated, and keys of one --set (`A=1,2; B=3,4`) vary together
     #[arg(long, value_name = "KEY=V1,V2...")]
     pub(super) set: Vec<String>,
+    /// Number of threads that simulate, for results that do not depend on it [default: one per core]
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub(super) threads: Option<usize>,
     /// Program that emulates robots with backend = "firmware" [default: bbz-emulate-m0, for Kilobots bbz-emulate-avr]
     #[arg(long, value_name = "PROGRAM")]
     pub(super) emulator: Option<PathBuf>,

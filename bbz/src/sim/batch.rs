@@ -1,12 +1,10 @@
-//! Simulates many runs: every combination of the values of `--set`, with every seed.
+//! Simulates many runs: every point of a plan, with every seed.
 
 use std::collections::BTreeMap;
-use std::ffi::{OsStr, OsString};
 use std::iter;
 use std::mem;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
-use std::ptr;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -16,26 +14,26 @@ use annotate_snippets::{Group, Level};
 use bittybuzz_arena::output::{RunRow, RunTable, metrics};
 use bittybuzz_arena::run::{self, RunError, Setup, Summary};
 use bittybuzz_arena::scenario::ScenarioCause;
+use bittybuzz_arena::sweep::{Axis, Chance, ParameterValue, Plan};
 use bittybuzz_live::Defect;
 use rayon::prelude::*;
 
 use crate::escape::escaped;
 use crate::exit::ExitStatus;
 use crate::file_error::FileError;
-use crate::interrupt::{self, Interrupt};
-use crate::launch;
+use crate::interrupt::Interrupt;
 use crate::output;
 use crate::problem::Problem;
 use crate::report;
 use crate::whole_file;
-use crate::world;
 
-use super::arguments::{SEED, SimArguments};
+use super::arguments::SimArguments;
 use super::journal::{self, Finished, Journal, Metrics};
 use super::live::PATIENCE;
 use super::open::{self, Opened};
+use super::plan;
 use super::progress::Progress;
-use super::variants::parts;
+use super::stops::{print_failures, print_interrupt};
 use super::{doors, summary, table};
 
 /// A reason why the runs cannot be a batch.
@@ -47,6 +45,9 @@ enum BatchError {
     /// Robots with doors, which are at the same ports in each run.
     #[error("robots with a `door` for ground stations run once, not in a batch")]
     Doors,
+    /// The system gives no threads.
+    #[error("cannot start threads: {0}")]
+    Threads(String),
     /// `--resume` with a table that goes to a stream.
     #[error("`{0}` is no file, so there is no batch to resume")]
     NothingToResume(PathBuf),
@@ -57,6 +58,7 @@ impl Problem for BatchError {
         let help = match self {
             BatchError::DifferentColumns => "use `bbz sim` once for each, with a table of its own",
             BatchError::Doors => "leave out `door`, or --runs, --csv and further values of --set",
+            BatchError::Threads(_) => "ask for fewer with --threads",
             BatchError::NothingToResume(_) => {
                 "name a file, next to which finished runs can be kept"
             }
@@ -68,9 +70,13 @@ impl Problem for BatchError {
 /// The time after which the finished runs of an incomplete part are written again.
 const WRITE_AGAIN: Duration = Duration::from_secs(10);
 
-/// A combination of the values of `--set`.
-struct Variant<'a> {
-    settings: &'a [String],
+/// A point of the plan.
+pub struct Variant<'a> {
+    point: &'a [ParameterValue],
+    /// The values of the point as settings of the scenario.
+    pub settings: Vec<String>,
+    /// The values of the point as cells of the table.
+    cells: Arc<[String]>,
     opened: Opened,
     setup: Arc<Setup>,
     /// The first run of this process in which a script had an error, with the number of the run.
@@ -78,14 +84,14 @@ struct Variant<'a> {
 }
 
 /// A run of the batch.
-struct BatchRun<'a> {
-    variant: &'a Variant<'a>,
-    seed: u32,
+pub struct BatchRun<'a> {
+    pub variant: &'a Variant<'a>,
+    pub seed: u32,
 }
 
 /// A reason why a run has no metrics.
 #[derive(Debug, thiserror::Error)]
-enum RunFailure {
+pub enum RunFailure {
     #[error(transparent)]
     Run(#[from] RunError),
     #[error(transparent)]
@@ -93,29 +99,26 @@ enum RunFailure {
 }
 
 /// The results of runs, by number.
-type Ends = BTreeMap<usize, Result<Metrics, RunFailure>>;
+pub type Ends = BTreeMap<usize, Result<Metrics, RunFailure>>;
 
 /// Runs every variant with every seed, and prints the usual results.
-pub fn run(
-    arguments: &SimArguments,
-    variants: &[Vec<String>],
-) -> Result<ExitStatus, Box<dyn Problem>> {
-    let mut opened = Vec::new();
-    for settings in variants {
-        let Some(variant) = open::open(arguments, settings)? else {
+pub fn run(arguments: &SimArguments, axes: Vec<Axis>) -> Result<ExitStatus, Box<dyn Problem>> {
+    let Some((plan, places)) = plan::plan(arguments, axes)? else {
+        return Ok(ExitStatus::CompileError);
+    };
+    let mut variants = Vec::new();
+    for point in &plan.points {
+        let settings = plan.settings(point);
+        let Some(opened) = open::open(arguments, &settings, &places)? else {
             return Ok(ExitStatus::CompileError);
         };
-        opened.push((settings, variant));
+        let Some(setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };
+        let cells = point.iter().map(ToString::to_string).collect();
+        let setup = Arc::new(setup);
+        let faulty = Mutex::default();
+        variants.push(Variant { point, settings, cells, opened, setup, faulty });
     }
-    let variants: Option<Vec<Variant>> = opened
-        .into_iter()
-        .map(|(settings, opened)| {
-            let setup = Arc::new(opened.setup()?);
-            Some(Variant { settings, opened, setup, faulty: Mutex::default() })
-        })
-        .collect();
-    let Some(variants) = variants else { return Ok(ExitStatus::CompileError) };
-    let first = variants.first().expect("there is one combination even of no values");
+    let first = variants.first().expect("there is one point even of no parameters");
     let columns = metrics::metrics(&first.opened.scenario);
     if variants.iter().any(|variant| metrics::metrics(&variant.opened.scenario) != columns) {
         return Err(BatchError::DifferentColumns.into());
@@ -123,15 +126,14 @@ pub fn run(
     if variants.iter().any(|variant| doors::exist(&variant.opened.scenario)) {
         return Err(BatchError::Doors.into());
     }
-    let seeds = arguments.runs.unwrap_or(1);
-    let runs: Vec<BatchRun> = variants
-        .iter()
-        .flat_map(|variant| {
-            // A variant may set the seed.
-            let first = arguments.seed.unwrap_or(variant.opened.scenario.world.seed);
-            (0..seeds).map(move |run| BatchRun { variant, seed: first.wrapping_add(run) })
-        })
-        .collect();
+    let shared = &plan;
+    let runs = variants.iter().flat_map(|variant| {
+        // A point may set the seed.
+        let first = arguments.seed.unwrap_or(variant.opened.scenario.world.seed);
+        let seed = move |replicate| shared.seed(variant.point, replicate, first);
+        (0..shared.replicates).map(move |replicate| BatchRun { variant, seed: seed(replicate) })
+    });
+    let runs: Vec<BatchRun> = runs.collect();
     let interrupt = Interrupt::install()?;
     let (journal, finished) = journal(arguments, &variants, [runs.len(), columns.len()])?;
     if !finished.is_empty() {
@@ -153,7 +155,15 @@ pub fn run(
             arguments.headless || arguments.json,
         )),
     };
-    let ends = batch.simulate(finished)?;
+    let ends = match arguments.threads {
+        None => batch.simulate(finished),
+        Some(threads) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let pool = pool.map_err(|error| BatchError::Threads(error.to_string()))?;
+            pool.install(|| batch.simulate(finished))
+        }
+    };
+    let ends = ends?;
     batch.progress.into_inner().expect(UNPOISONED).finish();
     print_failures(arguments, &runs, &ends);
     let is_complete = ends.len() == runs.len();
@@ -163,12 +173,14 @@ pub fn run(
         journal.map_or(Ok(()), Journal::remove)?;
         return Ok(ExitStatus::CompileError);
     }
-    let rows: Vec<RunRow> =
-        ends.iter().map(|(number, end)| row(&runs[*number], end, columns.len())).collect();
-    let keys = first.settings.iter().map(|setting| parts(setting).0).collect();
+    let kept = ends.values().filter(|end| end.is_ok()).count();
+    let (numbers, rows): (Vec<usize>, Vec<RunRow>) = ends
+        .into_iter()
+        .map(|(number, end)| (number, row(&runs[number], end, columns.len())))
+        .unzip();
+    let keys = plan.parameters.iter().map(|parameter| parameter.name.clone()).collect();
     let names = columns.iter().map(|column| column.name.clone()).collect();
     let table = RunTable { parameters: keys, rows, metrics: names };
-    let kept = ends.values().filter(|end| end.is_ok()).count();
     let folder = journal.as_ref().map(|journal| journal.folder().to_owned());
     if let (Some(path), true) = (&arguments.csv, is_complete) {
         whole_file::write(path, escaped(&table.to_csv()).as_bytes())?;
@@ -180,16 +192,21 @@ pub fn run(
     if arguments.json {
         text = table::json(&table).to_string() + "\n";
     } else {
-        for variant in &variants {
+        if first.opened.scenario.sweep.is_some() {
+            text += &describe(&plan);
+        }
+        for (index, variant) in variants.iter().enumerate() {
             if let Some((_, run)) = &*variant.faulty.lock().expect(UNPOISONED) {
                 summary::faults(&variant.setup, &variant.opened.programs, run);
             }
-            let is_own = |number: &usize| ptr::eq(runs[*number].variant, variant);
-            // The table has a row for each end.
-            let rows = ends.keys().zip(&table.rows).filter(|(number, _)| is_own(number));
-            let rows: Vec<&RunRow> = rows.map(|(_, row)| row).collect();
+            // The runs of a point have successive numbers, and an interrupted batch lacks some.
+            let [from, to] = [index, index + 1].map(|index| {
+                let number = index * plan.replicates as usize;
+                numbers.partition_point(|known| *known < number)
+            });
+            let rows: Vec<&RunRow> = table.rows[from..to].iter().collect();
             let duration = variant.opened.scenario.world.duration;
-            table::describe(&columns, &rows, variant.settings, duration, &mut text);
+            table::describe(&columns, &rows, &variant.name(&plan), duration, &mut text);
         }
     }
     output::write(&text)?;
@@ -201,6 +218,25 @@ pub fn run(
     // batches would take another status as a reason to repeat this one.
     let have_ended = table.rows.iter().all(|row| row.error.is_none());
     Ok(if have_ended { ExitStatus::Success } else { ExitStatus::RuntimeError })
+}
+
+impl Variant<'_> {
+    /// Returns the values of the point with the names of the parameters.
+    fn name(&self, plan: &Plan) -> String {
+        let parts = plan.parameters.iter().zip(&*self.cells);
+        let parts = parts.map(|(parameter, cell)| format!("{}={cell}", parameter.name));
+        parts.collect::<Vec<String>>().join(" ")
+    }
+}
+
+/// Describes the points of a study, and their chance.
+fn describe(plan: &Plan) -> String {
+    let (points, runs) = (plan.points.len(), plan.replicates);
+    let chance = match plan.chance {
+        Chance::Common => "all points have the same seeds (common random numbers)",
+        Chance::Independent => "each point has seeds of its own (independent)",
+    };
+    format!("[sweep]: {points} points, {runs} runs of each; {chance}\n")
 }
 
 /// Opens the journal of the table of `--csv`. A stream has none, because nothing stays in it.
@@ -341,10 +377,10 @@ fn is_emulators(error: &RunFailure) -> bool {
     }
 }
 
-fn row(run: &BatchRun, end: &Result<Metrics, RunFailure>, columns: usize) -> RunRow {
-    let parameters = run.variant.settings.iter().map(|setting| parts(setting).1).collect();
+fn row(run: &BatchRun, end: Result<Metrics, RunFailure>, columns: usize) -> RunRow {
+    let parameters = run.variant.cells.clone();
     let (metrics, error) = match end {
-        Ok(metrics) => (metrics.clone(), None),
+        Ok(metrics) => (metrics, None),
         // The first metric is `success`.
         Err(error) => {
             let none = iter::repeat_n(None, columns - 1);
@@ -354,86 +390,35 @@ fn row(run: &BatchRun, end: &Result<Metrics, RunFailure>, columns: usize) -> Run
     RunRow { seed: run.seed, parameters, metrics, error }
 }
 
-/// Prints each cause of failed runs once, with the first run that it ended.
-fn print_failures(arguments: &SimArguments, runs: &[BatchRun], ends: &Ends) {
-    let mut printed: Vec<(String, &RunFailure, &BatchRun, usize)> = Vec::new();
-    let failures = ends.iter().filter_map(|(number, end)| Some((number, end.as_ref().err()?)));
-    for (number, error) in failures {
-        let text = error.to_string();
-        match printed.iter_mut().find(|(known, ..)| *known == text) {
-            Some((.., others)) => *others += 1,
-            None => printed.push((text, error, &runs[*number], 0)),
-        }
-    }
-    for (text, error, run, others) in printed {
-        let others = match others {
-            0 => String::new(),
-            1 => " (and another run)".to_owned(),
-            others => format!(" (and {others} other runs)"),
-        };
-        let message = format!("the run with seed {}{others} has ended: {text}", run.seed);
-        match error {
-            RunFailure::Run(RunError::Scenario(error)) => {
-                report::mistake(&message, error.place.as_deref(), error.help());
-            }
-            RunFailure::Run(RunError::Firmware(_)) => report::mistake(&message, None, None),
-            RunFailure::Defect(_) => {
-                let advice = Defect::advice(&command(arguments, run));
-                report::mistake(&message, None, Some(advice));
-            }
-        }
-    }
-}
-
-/// Returns the command that simulates only this run.
-fn command(arguments: &SimArguments, run: &BatchRun) -> String {
-    let mut words = vec![OsString::from("sim"), arguments.scenario.clone().into()];
-    let mut add =
-        |option: &str, value: &OsStr| words.extend([OsString::from(option), value.to_owned()]);
-    if let Some(robot) = &arguments.robot {
-        let count = arguments.count.unwrap_or(world::COUNT);
-        add("--robot", OsStr::new(robot));
-        add("--count", OsStr::new(&count.to_string()));
-    }
-    let settings = run.variant.settings.iter().filter(|setting| parts(setting).0 != SEED);
-    settings.for_each(|setting| add("--set", OsStr::new(setting)));
-    add("--seed", OsStr::new(&run.seed.to_string()));
-    arguments.include.iter().for_each(|folder| add("-I", folder.as_os_str()));
-    if let Some(program) = &arguments.emulator {
-        add("--emulator", program.as_os_str());
-    }
-    launch::command(words)
-}
-
-/// Prints the number of finished runs of an interrupted batch, and the way to resume it.
-fn print_interrupt([finished, total]: [usize; 2], folder: Option<&Path>) {
-    let name = interrupt::NAME;
-    let title = format!("stopped by {name}: {finished} of {total} runs are finished");
-    report::print(Group::with_title(Level::NOTE.primary_title(title)));
-    let help = match folder {
-        _ if finished == 0 => return,
-        Some(folder) => format!(
-            "`{}` keeps them: the same command with --resume goes on",
-            report::printable(&folder.display().to_string())
-        ),
-        None => "with --csv they are kept, and --resume goes on".to_owned(),
-    };
-    report::print(Group::with_title(Level::HELP.primary_title(help)));
-}
-
 #[cfg(test)]
-mod tests {
+pub mod tests {
+    use std::path::Path;
+
     use clap::Parser;
 
+    use super::super::plan::ParameterPlaces;
     use super::*;
 
-    const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 1\n\
+    pub const SCENARIO: &str = "[world]\nsize = [500, 500]\nduration = 1\n\
         [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\n";
 
     #[derive(Parser)]
-    struct CommandLine {
+    pub struct CommandLine {
         #[command(flatten)]
-        sim: SimArguments,
+        pub sim: SimArguments,
+    }
+
+    pub fn variant(arguments: &SimArguments, settings: &[String]) -> Variant<'static> {
+        let opened = open::open(arguments, settings, &ParameterPlaces::default());
+        let opened = opened.unwrap().unwrap();
+        Variant {
+            point: &[],
+            settings: settings.to_vec(),
+            cells: Arc::default(),
+            setup: Arc::new(opened.setup().unwrap()),
+            opened,
+            faulty: Mutex::default(),
+        }
     }
 
     /// Simulates eight runs on `threads` threads, of which the third and the last have a defect.
@@ -446,9 +431,7 @@ mod tests {
         std::fs::write(folder.path().join("s.bzz"), "function step() { forward() }\n").unwrap();
         let line = [Path::new("sim"), &scenario, Path::new("--csv"), &table];
         let arguments = CommandLine::parse_from(line).sim;
-        let opened = open::open(&arguments, &[]).unwrap().unwrap();
-        let setup = Arc::new(opened.setup().unwrap());
-        let variants = [Variant { settings: &[], opened, setup, faulty: Mutex::default() }];
+        let variants = [variant(&arguments, &[])];
         let runs: Vec<BatchRun> =
             (1..=8).map(|seed| BatchRun { variant: &variants[0], seed }).collect();
         let columns = metrics::metrics(&variants[0].opened.scenario).len();
@@ -467,7 +450,7 @@ mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let ends = pool.install(|| batch.simulate(finished)).unwrap();
         print_failures(&arguments, &runs, &ends);
-        let rows = ends.iter().map(|(number, end)| row(&runs[*number], end, columns)).collect();
+        let rows = ends.into_iter().map(|(number, end)| row(&runs[number], end, columns)).collect();
         let resumed = CommandLine::parse_from(line.into_iter().chain([Path::new("--resume")])).sim;
         drop(journal);
         let (_, kept) = self::journal(&resumed, &variants, [runs.len(), columns]).unwrap();
@@ -497,24 +480,5 @@ mod tests {
             assert_eq!(rows.len(), 8);
             assert_eq!(kept, [0, 1, 3, 4, 5, 6], "{threads} threads");
         }
-    }
-
-    #[test]
-    fn the_command_of_a_defect_repeats_one_run() {
-        let folder = tempfile::tempdir().unwrap();
-        let scenario = folder.path().join("s.toml");
-        std::fs::write(&scenario, SCENARIO).unwrap();
-        std::fs::write(folder.path().join("s.bzz"), "").unwrap();
-        let path = scenario.display().to_string();
-        let line = ["sim", &path, "-I", "my scripts", "--runs", "9", "--csv", "runs.csv"];
-        let arguments = CommandLine::parse_from(line).sim;
-        let settings = ["world.duration=2".to_owned(), "world.seed=5".to_owned()];
-        let opened = open::open(&arguments, &settings).unwrap().unwrap();
-        let setup = Arc::new(opened.setup().unwrap());
-        let variant = Variant { settings: &settings, opened, setup, faulty: Mutex::default() };
-        assert_eq!(
-            command(&arguments, &BatchRun { variant: &variant, seed: 7 }),
-            format!("bbz sim {path} --set world.duration=2 --seed 7 -I 'my scripts'")
-        );
     }
 }

@@ -16,6 +16,7 @@ use crate::report;
 
 use super::arguments::SimArguments;
 use super::open;
+use super::plan::ParameterPlaces;
 use super::progress::Progress;
 use super::recorder::Recorder;
 use super::{checks, doors, summary};
@@ -25,7 +26,7 @@ pub const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Runs a scenario once.
 pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<dyn Problem>> {
-    let Some(opened) = open::open(arguments, set)? else {
+    let Some(opened) = open::open(arguments, set, &ParameterPlaces::default())? else {
         return Ok(ExitStatus::CompileError);
     };
     let Some(mut setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };
@@ -34,7 +35,8 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
     }
     let setup = Arc::new(setup);
     let seed = arguments.seed.unwrap_or(opened.scenario.world.seed);
-    let mut simulation = match Simulation::new(setup.clone(), seed, 0) {
+    let mut simulation = match Simulation::new(setup.clone(), seed, arguments.threads.unwrap_or(0))
+    {
         Ok(simulation) => simulation,
         Err(error) => {
             open::print(&[error]);

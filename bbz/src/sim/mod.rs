@@ -8,16 +8,17 @@ mod doors;
 mod journal;
 mod live;
 mod open;
+mod plan;
 mod progress;
 mod recorder;
 mod source;
+mod stops;
 pub mod summary;
 mod table;
 #[cfg(feature = "view")]
 mod unsaved;
 #[cfg(feature = "view")]
 mod values;
-mod variants;
 #[cfg(feature = "view")]
 mod view;
 
@@ -53,18 +54,19 @@ impl Problem for OptionsError {
 
 /// Carries out the command.
 pub fn execute(arguments: &SimArguments) -> Result<ExitStatus, Box<dyn Problem>> {
-    let sets_seed = |set: &String| set.split('=').next().is_some_and(|key| key.trim() == SEED);
-    if arguments.seed.is_some() && arguments.set.iter().any(sets_seed) {
+    let axes = plan::axes(&arguments.set)?;
+    if arguments.seed.is_some() && axes.iter().flat_map(|axis| &axis.keys).any(|key| key == SEED) {
         return Err(OptionsError::TwoSeeds.into());
     }
-    let variants = variants::variants(&arguments.set, arguments.runs.unwrap_or(1))?;
-    match variants.as_slice() {
+    let is_single = axes.iter().all(|axis| axis.rows.len() == 1);
+    let only = plan::first_settings(&axes);
+    match is_single {
         #[cfg(feature = "view")]
-        [only] if arguments.view => view::run(arguments, only),
-        [only] if arguments.runs.is_none() && arguments.csv.is_none() => live::run(arguments, only),
+        true if arguments.view => view::run(arguments, &only),
+        true if arguments.runs.is_none() && arguments.csv.is_none() => live::run(arguments, &only),
         #[cfg(feature = "view")]
         _ if arguments.view => Err(OptionsError::ViewOfMany.into()),
         _ if arguments.checks => Err(OptionsError::ChecksOfMany.into()),
-        _ => batch::run(arguments, &variants),
+        _ => batch::run(arguments, axes),
     }
 }

@@ -18,6 +18,7 @@ use crate::selection::RobotChoice;
 use crate::whole_file::Inputs;
 
 use super::arguments::SimArguments;
+use super::plan::ParameterPlaces;
 use super::source::{self, ScenarioText};
 
 /// `--emulator` names one program, but the robots need several.
@@ -42,13 +43,19 @@ pub struct Opened {
     pub programs: Vec<Arc<LoadedProgram>>,
     /// The programs for the robots, in the same order.
     pub images: Arc<[run::Program]>,
+    /// The places of parameters, for messages.
+    places: ParameterPlaces,
     /// Programs that emulate robots, by the models' names.
     emulators: Vec<(&'static str, PathBuf)>,
 }
 
-/// Reads a scenario with the values of `--set`, and compiles its scripts. Prints mistakes, and
-/// returns `None` if there are any.
-pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, Box<dyn Problem>> {
+/// Reads a scenario with settings, and compiles its scripts. Prints mistakes, those in settings at
+/// `places`, and returns `None` if there are any.
+pub fn open(
+    arguments: &SimArguments,
+    set: &[String],
+    places: &ParameterPlaces,
+) -> Result<Option<Opened>, Box<dyn Problem>> {
     let SimArguments { include, .. } = arguments;
     let ScenarioText { path, text } = source::read(arguments)?;
     let folder = path.parent().expect("a path of a file that was read has a name");
@@ -61,7 +68,7 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
     ) {
         Ok(scenario) => scenario,
         Err(errors) => {
-            print(&errors);
+            print(&places.locate(errors));
             return Ok(None);
         }
     };
@@ -98,6 +105,7 @@ pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, 
         scenario: Arc::new(scenario),
         programs,
         images,
+        places: places.clone(),
         emulators,
     }))
 }
@@ -152,7 +160,7 @@ impl Opened {
                 Some(named.fold(setup, |setup, (model, path)| setup.emulated_by(model, path)))
             }
             Err(run::SetupError::Scenario(errors)) => {
-                print(&errors);
+                print(&self.places.locate(errors));
                 None
             }
             Err(run::SetupError::Refused { program, cause }) => {

@@ -11,14 +11,14 @@ use serde_json::{Map, Value, json};
 pub fn describe(
     metrics: &[Metric],
     rows: &[&RunRow],
-    settings: &[String],
+    point: &str,
     duration: f64,
     text: &mut String,
 ) {
-    let name = if settings.is_empty() { "as in the file".to_owned() } else { settings.join(" ") };
+    let point = if point.is_empty() { "as in the file" } else { point };
     let ended: Vec<&RunRow> = rows.iter().filter(|row| row.error.is_none()).copied().collect();
     let succeeded = ended.iter().filter(|row| row.metrics.first() == Some(&Some(1.0))).count();
-    *text += &format!("{name}: {succeeded} of {} runs succeeded\n", rows.len());
+    *text += &format!("{point}: {succeeded} of {} runs succeeded\n", rows.len());
     for (index, Metric { name, kind }) in metrics.iter().enumerate() {
         let values = ended.iter().map(|row| row.metrics[index]);
         let line = match kind {
@@ -132,12 +132,14 @@ pub fn json(table: &RunTable) -> Value {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
 
     fn line(kind: MetricKind, values: &[Option<f64>]) -> String {
         let rows = values.iter().map(|value| RunRow {
             seed: 1,
-            parameters: Vec::new(),
+            parameters: Arc::default(),
             metrics: vec![Some(1.0), *value],
             error: None,
         });
@@ -145,7 +147,7 @@ mod tests {
         let metric = |name: &str, kind| Metric { name: name.to_owned(), kind };
         let metrics = [metric("success", MetricKind::Success), metric("m", kind)];
         let mut text = String::new();
-        describe(&metrics, &rows.iter().collect::<Vec<_>>(), &[], 900.0, &mut text);
+        describe(&metrics, &rows.iter().collect::<Vec<_>>(), "", 900.0, &mut text);
         let (_, line) = text.split_once("  m").unwrap();
         line.trim().to_owned()
     }

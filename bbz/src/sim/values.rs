@@ -1,5 +1,6 @@
 //! Writes values of the command line into the text of a scenario.
 
+use bittybuzz_arena::sweep::KeyNames;
 use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 /// Returns the text with some values (`medium.ir.loss=0.1`) replaced or added. The rest stays as it
@@ -10,12 +11,14 @@ pub fn put_all<'a>(text: &str, values: impl Iterator<Item = &'a str>) -> Result<
     // Another reader has accepted the text as a scenario. Should this one not do so, nothing has a
     // place in the text.
     let mut document: DocumentMut = text.parse().map_err(|_| (*first).to_owned())?;
+    let names = KeyNames::of(text);
     for one in values {
         let (key, value) = one.split_once('=').ok_or(one)?;
+        let key = names.indexed(key.trim()).map_err(|_| one)?;
         let value = value.trim();
         // Words need no quotes, as in `--set` itself.
         let value = value.parse().unwrap_or_else(|_| Value::from(value));
-        put(document.as_table_mut(), key.trim(), value).ok_or(one)?;
+        put(document.as_table_mut(), &key, value).ok_or(one)?;
     }
     Ok(document.to_string())
 }
@@ -110,6 +113,7 @@ script = \"t.bzz\"
             "world.obstacles.0.radius=30",
             "world.ambient = 25",
             "robots.0.count=40",
+            "robots.kilobot-2.count=3",
             "robots.1.script=u.bzz",
             "robots.1.script=\"u.bzz\"",
             "body.kilobot.speed_error=0",

@@ -11,6 +11,7 @@ use crate::view;
 
 use super::arguments::{SEED, SimArguments};
 use super::desk::Desk;
+use super::plan::ParameterPlaces;
 use super::unsaved::UnsavedFiles;
 use super::{doors, open, values};
 
@@ -30,7 +31,9 @@ const COPIES: usize = 32;
 
 /// Shows a scenario until the page is closed, or Ctrl-C.
 pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<dyn Problem>> {
-    let Some(opened) = open::open(arguments, set)? else { return Ok(ExitStatus::CompileError) };
+    let Some(opened) = open::open(arguments, set, &ParameterPlaces::default())? else {
+        return Ok(ExitStatus::CompileError);
+    };
     let Some(setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };
     // The page shows and saves the text with these values, because that is the one that runs.
     let seed = arguments.seed.map(|seed| format!("{SEED}={seed}"));

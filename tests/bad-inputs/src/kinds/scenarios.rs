@@ -42,6 +42,20 @@ pub const KINDS: &[Entry] = &[
             (0..count).map(|_| section(random, "expect", EXPECTED, EXPECT_KEYS)).collect();
         call(random, format!("{SCENARIO}{expected}"))
     }),
+    ("scenario-measures", |_, random, _| {
+        let count = 1 + below(random, 4);
+        let measured: String =
+            (0..count).map(|_| section(random, "measure", MEASURED, EXPECT_KEYS)).collect();
+        call(random, format!("{SCENARIO}{measured}"))
+    }),
+    ("scenario-sweeps", |_, random, _| {
+        let count = below(random, 4);
+        let parameters: String =
+            (0..count).map(|_| section(random, "sweep.parameter", VARIED, SWEEP_KEYS)).collect();
+        let valid = one(random, SWEEPS);
+        let sweep = with_value(random, valid);
+        call(random, format!("{SCENARIO}[sweep]\n{sweep}{parameters}"))
+    }),
     ("scenario-huge", huge),
     ("scenario-set", |_, random, _| {
         let key = one(random, SET_KEYS);
@@ -165,6 +179,10 @@ const VALUES: &[&str] = &[
     "'",
     "=",
     "0.000001",
+    "1:9:2",
+    "9:1",
+    "0:1:0",
+    "1:99999999999999",
 ];
 
 const SET_KEYS: &[&str] = &[
@@ -175,6 +193,10 @@ const SET_KEYS: &[&str] = &[
     "robots.0.count",
     "robots.9.count",
     "robots.some.count",
+    "robots.some.globals.i",
+    "robots.0.globals",
+    "robots.0.globals.",
+    "robots.some.globals.i=1,2;robots.0.count",
     "global.i",
     "global",
     "",
@@ -260,7 +282,17 @@ const QUANTITIES: &[&str] = &[
     "\"led\"",
     "\"(((((((((\"",
     "\"robots 0\"",
+    "\"share(global.i == 1 where running)\"",
+    "\"share(\"",
+    "\"mean(mean(x))\"",
+    "\"quantile(2, x)\"",
+    "\"mean(displacement(1))\"",
+    "\"displacement(1e300)\"",
+    "\"swarm.cluster(nan)\"",
+    "\"inside(0, 0, 1e308, 1e308)\"",
 ];
+
+const SWEEP_KEYS: &[&str] = &["key", "name", "values", "from", "to"];
 
 /// Valid events.
 const EVENTS: &[&str] = &[
@@ -290,6 +322,30 @@ const EXPECTED: &[&str] = &[
     "at = 1\nvalue = \"global.i\"\nof = \"mean\"\nbetween = [0, 9]\n",
     "name = \"n\"\nat = 1\nvalue = \"global.i\"\ndiffers = 9\ntolerance = 0.5\nof = 2\n",
     "at = 1\nvalue = \"global.t\"\nequals = \"text\"\n",
+];
+
+/// Valid measures.
+const MEASURED: &[&str] = &[
+    "name = \"m\"\nvalue = \"mean(global.i)\"\n",
+    "name = \"m\"\nvalue = \"share(global.i >= 1 where running)\"\nat = 1\n",
+    "name = \"n\"\nvalue = \"global.i\"\nabove = 3\nof = \"any\"\n",
+    "name = \"o\"\nvalue = \"mean_square(displacement(1))\"\nrobots = [0]\n",
+    "name = \"p\"\nvalue = \"swarm.cluster(100)\"\nabove = 1\nat = \"end\"\n",
+];
+
+/// Valid studies without their parameters.
+const SWEEPS: &[&str] = &[
+    "chance = \"common\"\nseeds = 2\n",
+    "chance = \"independent\"\ndesign = \"list\"\n",
+    "chance = \"common\"\ndesign = \"random\"\npoints = 3\nseed = 9\n",
+    "chance = \"common\"\ndesign = \"latin-hypercube\"\npoints = 3\n",
+];
+
+/// Valid parameters of studies.
+const VARIED: &[&str] = &[
+    "key = \"robots.some.globals.i\"\nvalues = [1, 2]\n",
+    "key = \"medium.ir.loss\"\nname = \"loss\"\nvalues = \"0:0.2:0.1\"\n",
+    "key = \"robots.0.globals.i\"\nfrom = 1\nto = 5\n",
 ];
 
 /// Valid adversaries.
