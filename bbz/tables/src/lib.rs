@@ -1,0 +1,29 @@
+//! Tables of numbers and texts, in the two forms that other programs read without options: Parquet and CSV.
+//!
+//! A [`Schema`] names the columns, each with a kind and, for numbers, a unit. A [`TableWriter`] takes a
+//! [`Block`] of rows at a time.
+//!
+//! # Principles
+//! * **Integers of small units.** A pose in tenths of a millimeter takes half of the bytes of a floating-point
+//!   number, and the name of the column says the unit. Neighboring rows differ little, so that
+//!   differences take less than values: sort a block by the robot first.
+//! * **One file is one table.** A file is complete only when [`TableWriter::finish`] has returned; a program that is
+//!   killed before leaves a Parquet file that nobody can read, and a CSV file that ends early.
+//! * **The same rows give the same bytes.** Files contain neither times nor names of computers.
+//!
+//! # Cost
+//! 600,000 rows of eight columns take 0.11 s of a processor and 4.8 bytes per row as Parquet, if six of them
+//! are poses in tenths. The crate `parquet` without Arrow adds 1.7 MB to a program.
+//!
+//! # What it will not do
+//! It reads no tables, and it has no nested columns, dates and 64-bit integers.
+
+mod block;
+mod csv;
+mod parquet;
+mod schema;
+mod writer;
+
+pub use block::{Block, BlockError, Cells};
+pub use schema::{Column, Kind, Schema, SchemaError};
+pub use writer::{Form, TableError, TableWriter};
