@@ -157,6 +157,8 @@ impl LiveSession {
         border(|| {
             let (sender, copy) = channel();
             let run = py.detach(move || {
+                // The thread of the session may still answer for a moment after its end.
+                lock(&self.frames).as_ref()?;
                 lock(&self.wanted).send(sender).ok()?;
                 copy.recv().ok()
             });
