@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::script::{folder, program, read};
-use bittybuzz_arena::run::{Session, Setup, SetupError, Simulation, Verdict, complete_observed};
+use bittybuzz_arena::run::{Session, Setup, SetupError, Simulation, Verdict, complete_watched};
 use bittybuzz_arena::scenario::{Quantity, Scenario, ScenarioError};
 
 const COUNTS: &str = "join = 1 doubled = 0 half = 0.5 n = 0 whole = 0 t = {.a = 1}\n\
@@ -106,8 +106,8 @@ fn a_batch_reads_quantities_after_each_tick() {
     let setup = simulation("globals_batch", "").setup().clone();
     let probe = setup.probe(&Quantity::parse("global.n").unwrap()).unwrap();
     let mut seen = Vec::new();
-    let read = |run: &Simulation| seen.push((run.now(), run.numbers(&probe)[0]));
-    let summary = complete_observed(&setup, 1, || false, read).unwrap().unwrap();
+    let mut read = |run: &Simulation| seen.push((run.now(), run.numbers(&probe)[0]));
+    let summary = complete_watched(&setup, 1, || false, &mut read).unwrap().unwrap();
     assert_eq!(summary.ticks, 100);
     let ticks: Vec<u64> = seen.iter().map(|(tick, _)| *tick).collect();
     assert_eq!(ticks, (0..=100).collect::<Vec<u64>>());

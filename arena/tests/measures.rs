@@ -366,8 +366,9 @@ fn the_columns_of_measures_have_a_meaning() {
     assert_eq!(values.len(), columns.len());
     // The expectation does not hold.
     assert_eq!(values[..2], [Some(0.0), Some(1.0)]);
-    // A measure cannot have the name of a column that every table has.
-    let names = ["seed", "error"].into_iter().chain(columns.iter().map(|column| &*column.name));
+    // A measure cannot have the name of a column that every table has, as CSV or as one of `--data`.
+    let others = ["run", "seed", "ticks", "robots", "digest", "error"];
+    let names = others.into_iter().chain(columns.iter().map(|column| &*column.name));
     let mut own: Vec<&str> = names
         .filter(|name| !name.starts_with('m') || *name == "malformed")
         .filter(|name| !name.contains('.'))

@@ -24,12 +24,14 @@ mod check;
 mod checks;
 mod completions;
 mod costs;
+mod data;
 mod disasm;
 mod drive;
 mod emulator;
 mod escape;
 mod exit;
 mod explain;
+mod export;
 mod fence;
 mod file_error;
 mod firmware;
@@ -52,6 +54,7 @@ mod problem;
 mod program;
 #[cfg(test)]
 mod proportion;
+mod recording_error;
 #[cfg(feature = "view")]
 mod redirect;
 mod report;
@@ -119,6 +122,8 @@ enum Command {
     /// Show a recording of a simulation in a page
     #[cfg(feature = "view")]
     View(view::ViewArguments),
+    /// Convert a recording to a table for Python, R or a spreadsheet
+    Export(export::ExportArguments),
     /// Run the results of an assignment again
     Grade(grade::GradeArguments),
     /// Write a script to a robot, and if asked the firmware
@@ -209,6 +214,7 @@ fn execute(command: &Command) -> Result<ExitStatus, Box<dyn Problem>> {
         Command::Sim(arguments) => sim::execute(arguments),
         #[cfg(feature = "view")]
         Command::View(arguments) => view::execute(arguments),
+        Command::Export(arguments) => export::execute(arguments),
         Command::Grade(arguments) => grade::execute(arguments),
         Command::Flash(arguments) => flash::execute(arguments),
         Command::Trace(arguments) => trace::execute(arguments),

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use ::open as open_page;
-use bittybuzz_arena::output::recording::RecordingError;
 use bittybuzz_live::{Defect, Replay, Source};
 use bittybuzz_page::{Page, PageError};
 use bittybuzz_toml_reader::file;
@@ -15,34 +14,16 @@ use crate::interrupt::Interrupt;
 use crate::launch;
 use crate::output::{OutputError, ScriptOutput};
 use crate::problem::Problem;
+use crate::recording_error::RecordingProblem;
 use crate::redirect::Redirect;
 use crate::report;
 
-/// A reason why nothing can be shown in a page.
+/// The page cannot be served.
 #[derive(Debug, thiserror::Error)]
-pub enum ViewError {
-    /// A recording that cannot be read.
-    #[error("cannot show `{path}`: {error}")]
-    Recording {
-        /// The path from the command line.
-        path: PathBuf,
-        error: RecordingError,
-    },
-    /// The page cannot be served.
-    #[error("{0}")]
-    Page(#[from] PageError),
-}
+#[error(transparent)]
+pub struct ViewError(pub PageError);
 
-impl Problem for ViewError {
-    fn help(&self) -> Option<String> {
-        match self {
-            ViewError::Recording { error: RecordingError::NotARecording, .. } => {
-                Some("`bbz sim SCENARIO.toml --record FILE` makes one".to_owned())
-            }
-            ViewError::Recording { .. } | ViewError::Page(_) => None,
-        }
-    }
-}
+impl Problem for ViewError {}
 
 const EXAMPLES: &str = "\
 Examples:
@@ -65,8 +46,7 @@ pub fn execute(arguments: &ViewArguments) -> Result<ExitStatus, Box<dyn Problem>
     let path = &arguments.recording;
     let bytes = file::read(path, file::RECORDING_BYTES_MAX)
         .map_err(|error| FileError::reading(path, error))?;
-    let replay =
-        Replay::new(&bytes).map_err(|error| ViewError::Recording { path: path.clone(), error })?;
+    let replay = Replay::new(&bytes).map_err(|error| RecordingProblem::new("show", path, error))?;
     let name = path.file_name().unwrap_or(path.as_os_str());
     let mut replay = replay.with_name(name.to_string_lossy().into_owned());
     show(&mut replay, arguments.no_browser)
@@ -81,7 +61,7 @@ const ENDING: Duration = Duration::from_millis(700);
 /// Shows a session or a recording until its page is closed, or Ctrl-C.
 pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Box<dyn Problem>> {
     let mut interrupt = Interrupt::install_ending_after(ENDING)?;
-    let page = Page::open().map_err(ViewError::Page)?;
+    let page = Page::open().map_err(ViewError)?;
     let mut opening = Opening::begin(&page, no_browser)?;
     let mut unprinted = None;
     let is_over = || {

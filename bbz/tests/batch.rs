@@ -2,6 +2,7 @@
 //! of the batch.
 #![cfg(unix)]
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, Command, Stdio};
@@ -56,15 +57,17 @@ fn send(signal: &str, child: &Child) {
 fn kill_and_resume(test: &str, runs: usize, kills: usize) {
     let folder = folder(test);
     let text = runs.to_string();
-    let arguments = ["sim", "s.toml", "--runs", &text, "--csv", "runs.csv"];
-    let mut whole = folder.command(&arguments);
+    let with_data = |data: &'static str| {
+        ["sim", "s.toml", "--runs", &text, "--csv", "runs.csv", "--data", data]
+    };
+    let mut whole = folder.command(&with_data("whole"));
     let outcome = finish(whole.env("RAYON_NUM_THREADS", "1").spawn().unwrap());
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
-    assert_eq!(folder.names(), ["runs.csv", "s.bzz", "s.toml"]);
+    assert_eq!(folder.names(), ["runs.csv", "s.bzz", "s.toml", "whole"]);
     let expected = folder.read("runs.csv");
     assert_eq!(expected.split(|byte| *byte == b'\n').count(), 1 + runs + 1);
     std::fs::remove_file(folder.path("runs.csv")).unwrap();
-    let resume = [&arguments[..], &["--resume"]].concat();
+    let resume = [&with_data("data")[..], &["--resume"]].concat();
     let total = runs.div_ceil(runs.div_ceil(1000));
     let (mut random, mut goal) = (Random::new(runs as u64), 0);
     for _ in 0..kills {
@@ -81,6 +84,22 @@ fn kill_and_resume(test: &str, runs: usize, kills: usize) {
     println!("{kills} kills, {left} of {total} parts before the last start: {}", outcome.stderr);
     assert_eq!(folder.read("runs.csv"), expected);
     assert!(!folder.path("runs.csv.parts").exists());
+    let [whole, data] = ["whole", "data"].map(|name| tables(&folder, name));
+    assert_eq!(whole.len(), 5 * total, "robots, logs, faults, events and runs");
+    assert!(whole == data, "the tables of --data differ");
+}
+
+/// Returns the files of `--data` with their contents.
+fn tables(folder: &Folder, data: &str) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for table in folder.path(data).read_dir().unwrap() {
+        let table = table.unwrap().file_name().into_string().unwrap();
+        for file in folder.path(data).join(&table).read_dir().unwrap() {
+            let name = format!("{table}/{}", file.unwrap().file_name().into_string().unwrap());
+            files.insert(name.clone(), folder.read(&format!("{data}/{name}")));
+        }
+    }
+    files
 }
 
 #[test]

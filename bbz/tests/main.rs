@@ -10,6 +10,7 @@ mod check;
 mod checks;
 mod command_line;
 mod controls;
+mod data;
 mod emulated;
 mod files;
 mod flash;

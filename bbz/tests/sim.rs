@@ -518,7 +518,7 @@ fn study(test: &str, more: &str, arguments: &[&str]) -> (Folder, String, Vec<Str
     folder.write("s.bzz", "GROUP = 5\nn = 0\nfunction step() { n = n + GROUP }\n");
     let text = format!(
         "[world]\nsize = [900, 900]\nduration = 2\nseed = 7\n\
-         [[robots]]\nname = \"walkers\"\nrobot = \"kilobot\"\nscript = \"s.bzz\"\n\
+         [[robots]]\nname = \"walkers\"\nrobot = \"kilobot\"\nscript = \"s.bzz\"\nclock_skew = 0\n\
          [[measure]]\nname = \"n\"\nvalue = \"max(global.n)\"\n{more}"
     );
     folder.write("s.toml", text);

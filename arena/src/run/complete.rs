@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::scenario::ScenarioError;
 
 use super::firmware::FirmwareError;
+use super::observer::Observer;
 use super::setup::Setup;
 use super::simulation::Simulation;
 use super::summary::Summary;
@@ -30,6 +31,23 @@ impl fmt::Display for RunError {
 
 impl std::error::Error for RunError {}
 
+/// A reader of a run between its ticks, and perhaps in them. A function of the simulation is one.
+pub trait RunWatcher {
+    /// Returns the observer of the next tick, if there is one.
+    fn observer(&mut self) -> Option<&mut dyn Observer> {
+        None
+    }
+
+    /// Reads the run before its first tick, or after a tick.
+    fn read(&mut self, simulation: &Simulation);
+}
+
+impl<F: FnMut(&Simulation)> RunWatcher for F {
+    fn read(&mut self, simulation: &Simulation) {
+        self(simulation);
+    }
+}
+
 /// Simulates a run to its end on the calling thread. Parallel runs share only the setup. Returns
 /// `None` if `is_interrupted` returned true before a tick.
 pub fn complete(
@@ -37,28 +55,31 @@ pub fn complete(
     seed: u32,
     is_interrupted: impl Fn() -> bool,
 ) -> Result<Option<Summary>, RunError> {
-    complete_observed(setup, seed, is_interrupted, |_| {})
+    complete_watched(setup, seed, is_interrupted, &mut |_: &Simulation| {})
 }
 
-/// Simulates a run as [`complete`] does, and calls `each` with it before its first tick and after
-/// each tick, so that the caller can read more than the summary has.
-pub fn complete_observed(
+/// Simulates a run as [`complete`] does, for a caller that reads more than the summary has.
+pub fn complete_watched(
     setup: &Arc<Setup>,
     seed: u32,
     is_interrupted: impl Fn() -> bool,
-    mut each: impl FnMut(&Simulation),
+    watcher: &mut dyn RunWatcher,
 ) -> Result<Option<Summary>, RunError> {
     let simulation = Simulation::new(setup.clone(), seed, 1);
     let mut simulation = simulation.map_err(RunError::Scenario)?;
-    each(&simulation);
+    watcher.read(&simulation);
     while !simulation.is_over() {
         if is_interrupted() {
             return Ok(None);
         }
-        simulation.tick().map_err(RunError::Firmware)?;
+        let ticked = match watcher.observer() {
+            Some(observer) => simulation.tick_observed(observer),
+            None => simulation.tick(),
+        };
+        ticked.map_err(RunError::Firmware)?;
         // The log is not used here, and would grow without limit.
         simulation.take_log();
-        each(&simulation);
+        watcher.read(&simulation);
     }
     Ok(Some(simulation.summary()))
 }

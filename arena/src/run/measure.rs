@@ -15,6 +15,7 @@ pub struct BoundMeasure {
 }
 
 impl BoundMeasure {
+    /// Returns a measure whose quantity is resolved.
     pub fn new(measure: &Measure, probe: QuantityProbe) -> Self {
         let tick = match measure.time {
             MeasureTime::At(time) => Some(tick_at(time)),

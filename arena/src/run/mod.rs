@@ -27,7 +27,7 @@ mod simulation;
 mod summary;
 mod swarm;
 
-pub use complete::{RunError, complete, complete_observed};
+pub use complete::{RunError, RunWatcher, complete, complete_watched};
 pub use expectation::{Convergence, Verdict};
 pub use firmware::FirmwareError;
 #[cfg(feature = "emulators")]

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use bittybuzz_compiler::check::outside::called_flag;
 use bittybuzz_compiler::refusal;
 use bittybuzz_robot_spec::NumberProfile;
+use bittybuzz_toml_reader::Place;
 use bittybuzz_vm_core::message::FULL_FRAME;
 use bittybuzz_vm_core::{ImageError, SLOTS_MAX};
 
@@ -149,15 +150,21 @@ impl Setup {
             }
         }
         let all = Selection::all(scenario.robot_count() as u32);
-        let mut plots = Vec::new();
-        for (quantity, place) in &scenario.output.plot {
-            match QuantityProbe::new(quantity, &scenario.groups, &programs, &all) {
-                Ok(probe) => plots.push(probe),
-                Err(cause) => {
-                    errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
+        let mut resolve = |quantities: &[(Quantity, Place)]| {
+            let mut probes = Vec::new();
+            for (quantity, place) in quantities {
+                match QuantityProbe::new(quantity, &scenario.groups, &programs, &all) {
+                    Ok(probe) => probes.push(probe),
+                    Err(cause) => {
+                        errors.push(ScenarioError { cause, place: Some(Box::new(place.clone())) });
+                    }
                 }
             }
-        }
+            probes
+        };
+        let plots = resolve(&scenario.output.plot);
+        // Tables are written for a few runs only, and resolve their quantities by themselves.
+        resolve(scenario.output.data.quantities.as_deref().unwrap_or_default());
         let firmware = Firmware::for_scenario(&scenario, &programs);
         let firmware = firmware.unwrap_or_else(|error| {
             errors.push(error);

@@ -6,9 +6,13 @@ use super::error::ScenarioCause;
 use super::read::Section;
 use super::value::is_identifier;
 
-/// The columns that every table of runs has. Neither a measure nor a parameter has such a name.
-pub const OWN_COLUMNS: [&str; 25] = [
+/// The columns that every table of runs has, as CSV or as a table of `--data`. Neither a measure nor a parameter has such a name.
+pub const OWN_COLUMNS: [&str; 29] = [
+    "run",
     "seed",
+    "ticks",
+    "robots",
+    "digest",
     "success",
     "failed",
     "sent",

@@ -124,6 +124,35 @@ pub enum WorldChange {
     Adversary(Box<Adversary>),
 }
 
+impl WorldChange {
+    /// Returns the key of the change in a scenario, such as `brown_out`.
+    pub fn key(&self) -> &'static str {
+        match self {
+            WorldChange::Fail(_) => "fail",
+            WorldChange::Stop(_) => "stop",
+            WorldChange::Resume(_) => "resume",
+            WorldChange::Restart(_) => "restart",
+            WorldChange::BrownOut(_) => "brown_out",
+            WorldChange::Load { .. } => "load",
+            WorldChange::Set { .. } => "set",
+            WorldChange::Call { .. } => "call",
+            WorldChange::Ask { .. } => "ask",
+            WorldChange::Join(_) => "join",
+            WorldChange::Move { .. } => "move",
+            WorldChange::Battery { .. } => "battery",
+            WorldChange::Displace { .. } => "displace",
+            WorldChange::Relabel(..) => "relabel",
+            WorldChange::Light(_) => "light",
+            WorldChange::Loss(..) => "loss",
+            WorldChange::Block(..) => "block",
+            WorldChange::Restore(..) => "restore",
+            WorldChange::Partition(_) => "partition",
+            WorldChange::Heal => "heal",
+            WorldChange::Adversary(_) => "adversary",
+        }
+    }
+}
+
 /// The numbers that robots get in a global.
 #[derive(Debug, Clone, PartialEq)]
 pub enum NewNumbers {

@@ -66,6 +66,8 @@ pub const SWEEP: &str = "[sweep]";
 pub const SWEEP_PARAMETER: &str = "this [[sweep.parameter]]";
 /// The results of a run that are kept.
 pub const OUTPUT: &str = "[output]";
+/// The tables of a run.
+pub const DATA: &str = "[output.data]";
 /// A file that stands in the scenario.
 pub const FILE: &str = "this [[file]]";
 /// The task for a class.
@@ -89,7 +91,7 @@ pub const GAIN_ERROR: RangeInclusive<f64> = 0.0..=1.0;
 
 /// The keys of infrared, which measures distances and has a rate.
 const IR_KEYS: &[SectionKey] = scenario_keys![
-    "preset" "word" "of [body.kilobot]" "experiment that gives range, edge and loss: ants2018, ants2018-long or icra2012",
+    "preset" "word" "that of the bodies" "experiment that gives range, edge and loss: ants2018, ants2018-long or icra2012",
     "range" "number" "117" "distance between the rims at which half of the frames are bright enough, in mm",
     "edge" "0 to 1000" "10" "half of the width of the range's edge in mm, over which reception falls from 90 % to a half; 0: the range ends sharply",
     "loss" "0 to 1 or [near, far]" "0.042" "share of lost frames on each link: one value for all distances, or for robots that touch and for the largest distance",
@@ -181,7 +183,7 @@ pub const SECTIONS: &[SectionKeys] = &[
             "door" "1 to 65535" "none" "image: UDP port at which ground stations reach the first robot; the others have the next ports",
             "profile" "word" "that of the robot" "for robots with both profiles: tiny, if the swarm also has smaller robots, or full",
             "on_fault" "word" "that of the robot" "after an error of the script: restart, it starts again after a pause; stop, it stops until power-on",
-            "clock_skew" "percent or [least, most]" "Kilobots: random, by `clock_error`; others: 0" "error of the robots' clocks: positive is fast; with two numbers each robot has an error between them",
+            "clock_skew" "percent or [least, most]" "random by `clock_error` on infrared, else 0" "error of the robots' clocks: positive is fast; with two numbers each robot has an error between them",
             "brown_out_every" "number" "never" "mean time between two brown-outs of a robot, in seconds",
             "count" "integer" "1" "number of robots; with `positions`, the number of positions",
             "name" "string" "name of the robot" "name of the group in events and expectations",
@@ -318,6 +320,15 @@ pub const SECTIONS: &[SectionKeys] = &[
         keys: scenario_keys![
             "every" "number" "1" "seconds between two samples of recordings and pictures",
             "plot" "list of quantities" "none" "quantities whose curves `--svg` and the page draw, and that `--csv` and the summary print",
+            "data" "table" "as without keys" "columns of the tables that `--data` writes",
+        ],
+    },
+    SectionKeys {
+        name: DATA,
+        keys: scenario_keys![
+            "quantities" "list of quantities" "[\"x\", \"y\", \"heading\", \"led\", \"running\"]" "columns of the table of robots",
+            "every" "number" "that of [output]" "seconds between two rows of a robot",
+            "messages" "true or false" "false" "true: also a table of all frames and their fates, which may be large",
         ],
     },
     SectionKeys {

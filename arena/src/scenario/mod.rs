@@ -66,7 +66,7 @@ pub use load::Load;
 pub(crate) use load::{each_group_of, groups_of};
 pub use measure::{Measure, MeasureTime};
 pub use medium::{LossSetting, MediaSettings, MediumSettings};
-pub use output::OutputSection;
+pub use output::{DataSection, OutputSection};
 pub use read::{Entry, Section};
 pub use select::Selection;
 pub(crate) use space::{Space, length_up};

@@ -4,7 +4,7 @@ use bittybuzz_toml_reader::Place;
 
 use super::condition::quantity;
 use super::error::ScenarioCause;
-use super::keys::OUTPUT;
+use super::keys::{DATA, OUTPUT};
 use super::read::Section;
 use super::select::RobotIndex;
 use super::time::seconds;
@@ -17,22 +17,61 @@ pub struct OutputSection {
     pub every: f64,
     /// Quantities to show over time, with the place of each in the file.
     pub plot: Vec<(Quantity, Place)>,
+    /// The tables for programs that evaluate them.
+    pub data: DataSection,
+}
+
+/// The tables of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DataSection {
+    /// Seconds between two samples.
+    pub every: f64,
+    /// The quantities that are columns, with the place of each in the file; `None` for those that every
+    /// robot has.
+    pub quantities: Option<Vec<(Quantity, Place)>>,
+    /// True if there is a table of messages.
+    pub messages: bool,
+}
+
+impl DataSection {
+    /// The quantities that are columns if the file names none.
+    pub const USUAL: [Quantity; 5] =
+        [Quantity::X, Quantity::Y, Quantity::Heading, Quantity::Led, Quantity::Running];
 }
 
 pub fn read(root: &Section<'_>, robot_index: &RobotIndex, duration: f64) -> OutputSection {
-    let mut output = OutputSection { every: 1.0, plot: Vec::new() };
+    let data = DataSection { every: 1.0, quantities: None, messages: false };
+    let mut output = OutputSection { every: 1.0, plot: Vec::new(), data };
     let Some(section) = root.section("output", OUTPUT) else { return output };
-    if let Some(every) = section.get("every").and_then(|entry| seconds(&entry, 0.1..=3600.0)) {
-        output.every = every;
-    }
-    let items = section.get("plot").and_then(|entry| entry.list()).unwrap_or_default();
-    let quantities =
-        items.iter().filter_map(|item| Some((quantity(item, duration)?, item.place())));
-    output.plot = quantities.collect();
-    for (quantity, place) in &output.plot {
-        if robot_index.none_provides(quantity) {
-            root.reader.fail_at(place, ScenarioCause::Unseen { quantity: quantity.to_string() });
-        }
+    let every = |section: &Section<'_>| {
+        section.get("every").and_then(|entry| seconds(&entry, 0.1..=3600.0))
+    };
+    output.every = every(&section).unwrap_or(output.every);
+    output.data.every = output.every;
+    output.plot = quantities(&section, "plot", robot_index, duration).unwrap_or_default();
+    if let Some(section) = section.section("data", DATA) {
+        output.data.every = every(&section).unwrap_or(output.data.every);
+        output.data.quantities = quantities(&section, "quantities", robot_index, duration);
+        output.data.messages = section.boolean("messages").unwrap_or(false);
     }
     output
+}
+
+/// Reads a list of quantities, of which each must be one of a robot.
+fn quantities(
+    section: &Section<'_>,
+    key: &str,
+    robot_index: &RobotIndex,
+    duration: f64,
+) -> Option<Vec<(Quantity, Place)>> {
+    let items = section.get(key)?.list()?;
+    let quantities: Vec<_> =
+        items.iter().filter_map(|item| Some((quantity(item, duration)?, item.place()))).collect();
+    for (quantity, place) in &quantities {
+        if robot_index.none_provides(quantity) {
+            let cause = ScenarioCause::Unseen { quantity: quantity.to_string() };
+            section.reader.fail_at(place, cause);
+        }
+    }
+    Some(quantities)
 }

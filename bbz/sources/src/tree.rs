@@ -13,9 +13,14 @@ use toml::{Table, Value};
 const PROGRAM: &str = "bbz";
 
 /// Crates of the repository on which the program depends and that decide no run: this one, the page,
-/// and readers and writers of real robots.
-const OTHERS: [&str; 4] =
-    ["bittybuzz-isp", "bittybuzz-page", "bittybuzz-sources", "bittybuzz-trace-reader"];
+/// tables, and readers and writers of real robots.
+const OTHERS: [&str; 5] = [
+    "bittybuzz-isp",
+    "bittybuzz-page",
+    "bittybuzz-sources",
+    "bittybuzz-tables",
+    "bittybuzz-trace-reader",
+];
 
 /// Folders whose files with these extensions are compiled in from outside of `src`.
 const DATA: [(&str, &str); 2] = [("lib", "bzz"), ("robots", "toml")];

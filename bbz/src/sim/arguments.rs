@@ -18,6 +18,7 @@ Examples:
   bbz sim swarm.toml --seed 7            the same world with other chance
   bbz sim swarm.toml --svg pictures      draw trajectories, and what [output] names over time
   bbz sim swarm.toml --record run.bbr    keep poses and LEDs of every robot
+  bbz sim swarm.toml --data run          tables of every robot for Python, R or a spreadsheet
   bbz sim swarm.toml --set medium.ir.loss=0.3    another value than the file's
   bbz sim swarm.toml --runs 20 --set medium.ir.loss=0,0.3 --csv runs.csv    compare 40 runs
   bbz sim swarm.toml --runs 20 --set robots.walkers.globals.GROUP=1:9:2    a group's global; columns have its name
@@ -60,7 +61,7 @@ pub struct SimArguments {
     pub(super) seed: Option<u32>,
     /// Show the run in a page on this computer, where it can be stopped, taken back and changed
     #[cfg(feature = "view")]
-    #[arg(long, conflicts_with_all = ["headless", "json", "checks", "record", "svg", "runs", "csv"])]
+    #[arg(long, conflicts_with_all = ["headless", "json", "checks", "record", "svg", "data", "runs", "csv"])]
     pub(super) view: bool,
     /// Let the page write no script; without this option `Save` writes those of the scenario
     #[cfg(feature = "view")]
@@ -85,6 +86,9 @@ pub struct SimArguments {
     /// Write pictures to a folder
     #[arg(long, value_name = "DIR", conflicts_with_all = ["runs", "csv"])]
     pub(super) svg: Option<PathBuf>,
+    /// Write tables of the runs: robots, logs, faults and events as Parquet to a folder, or robots as CSV to a file
+    #[arg(long, value_name = "DIR|OUT.csv")]
+    pub(super) data: Option<PathBuf>,
     /// Number of runs of each combination of values, with one seed after the other
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(RUNS_MAX)))]
     pub(super) runs: Option<u32>,

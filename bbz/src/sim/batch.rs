@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use annotate_snippets::{Group, Level};
 use bittybuzz_arena::output::{RunRow, RunTable, metrics};
 use bittybuzz_arena::run::{self, RunError, Setup, Summary};
-use bittybuzz_arena::scenario::ScenarioCause;
+use bittybuzz_arena::scenario::{Scenario, ScenarioCause};
 use bittybuzz_arena::sweep::{Axis, Chance, ParameterValue, Plan};
 use bittybuzz_live::Defect;
 use rayon::prelude::*;
@@ -28,6 +28,7 @@ use crate::report;
 use crate::whole_file;
 
 use super::arguments::SimArguments;
+use super::data::{self, BatchData, PartData, RunTables};
 use super::journal::{self, Finished, Journal, Metrics};
 use super::live::PATIENCE;
 use super::open::{self, Opened};
@@ -42,6 +43,9 @@ enum BatchError {
     /// Values of `--set` that change the columns of the table.
     #[error("the values of `--set` change which columns the table has")]
     DifferentColumns,
+    /// Values of `--set` that change the columns of the tables of `--data`.
+    #[error("the values of `--set` change which columns the tables of --data have")]
+    DifferentData,
     /// Robots with doors, which are at the same ports in each run.
     #[error("robots with a `door` for ground stations run once, not in a batch")]
     Doors,
@@ -56,7 +60,9 @@ enum BatchError {
 impl Problem for BatchError {
     fn help(&self) -> Option<String> {
         let help = match self {
-            BatchError::DifferentColumns => "use `bbz sim` once for each, with a table of its own",
+            BatchError::DifferentColumns | BatchError::DifferentData => {
+                "use `bbz sim` once for each, with a table of its own"
+            }
             BatchError::Doors => "leave out `door`, or --runs, --csv and further values of --set",
             BatchError::Threads(_) => "ask for fewer with --threads",
             BatchError::NothingToResume(_) => {
@@ -134,6 +140,21 @@ pub fn run(arguments: &SimArguments, axes: Vec<Axis>) -> Result<ExitStatus, Box<
         (0..shared.replicates).map(move |replicate| BatchRun { variant, seed: seed(replicate) })
     });
     let runs: Vec<BatchRun> = runs.collect();
+    let data = match &arguments.data {
+        None => None,
+        Some(path) => {
+            let scenario = &first.opened.scenario;
+            let quantities = data::quantities(scenario);
+            let is_other = |other: &Scenario| {
+                let (data, of_first) = (&other.output.data, &scenario.output.data);
+                data::quantities(other) != quantities || data.messages != of_first.messages
+            };
+            if variants.iter().any(|variant| is_other(&variant.opened.scenario)) {
+                return Err(BatchError::DifferentData.into());
+            }
+            Some(BatchData::create(path, &plan, scenario, arguments.resume)?)
+        }
+    };
     let interrupt = Interrupt::install()?;
     let (journal, finished) = journal(arguments, &variants, [runs.len(), columns.len()])?;
     if !finished.is_empty() {
@@ -143,11 +164,16 @@ pub fn run(arguments: &SimArguments, axes: Vec<Axis>) -> Result<ExitStatus, Box<
     let is_interrupted = interrupt.flag();
     let batch = Batch {
         runs: &runs,
-        simulate: &|run: &BatchRun| {
+        simulate: &|run: &BatchRun, tables| {
             let is_interrupted = || is_interrupted.load(Ordering::Relaxed);
-            run::complete(&run.variant.setup, run.seed, is_interrupted)
+            let (setup, seed) = (&run.variant.setup, run.seed);
+            match tables {
+                Some(tables) => run::complete_watched(setup, seed, is_interrupted, tables),
+                None => run::complete(setup, seed, is_interrupted),
+            }
         },
         journal: journal.as_ref(),
+        data: data.as_ref(),
         is_interrupted: &is_interrupted,
         done: AtomicUsize::new(finished.len()),
         progress: Mutex::new(Progress::new(
@@ -265,12 +291,18 @@ fn journal(
 /// The reason why a lock of a batch is not poisoned.
 const UNPOISONED: &str = "a thread only sets values while it holds the lock, and does not panic";
 
+/// Simulates a run, and fills its tables. Returns `None` if the batch was interrupted before the end of
+/// the run.
+type Simulate<'a> =
+    dyn Fn(&BatchRun, Option<&mut RunTables>) -> Result<Option<Summary>, RunError> + Sync + 'a;
+
 /// The state that the threads of a batch share.
 struct Batch<'a> {
     runs: &'a [BatchRun<'a>],
-    /// Simulates a run. Returns `None` if the batch was interrupted before the end of the run.
-    simulate: &'a (dyn Fn(&BatchRun) -> Result<Option<Summary>, RunError> + Sync),
+    simulate: &'a Simulate<'a>,
     journal: Option<&'a Journal>,
+    /// The tables of `--data`.
+    data: Option<&'a BatchData>,
     is_interrupted: &'a AtomicBool,
     /// The number of runs that have ended.
     done: AtomicUsize,
@@ -307,19 +339,48 @@ impl Batch<'_> {
             Some(journal) => journal.write(number, finished),
             None => Ok(()),
         };
+        let mut data = self.data.map(|data| data.part(number));
+        if let Some(data) = self.data {
+            let is_finished = part.clone().all(|run| finished.contains_key(&run));
+            match is_finished && data.has_part(number) {
+                true => return Ok(finished.into_iter().map(|(run, end)| (run, Ok(end))).collect()),
+                false => {
+                    // The rows of finished runs were never written.
+                    self.done.fetch_sub(finished.len(), Ordering::Relaxed);
+                    finished.clear();
+                }
+            }
+        }
+        let mut is_whole = true;
         for run in part {
             if finished.contains_key(&run) {
                 continue;
             }
-            match self.complete(run) {
-                Ok(None) => break,
+            match self.complete(run, data.as_mut()) {
+                Ok(None) => {
+                    is_whole = false;
+                    break;
+                }
                 Ok(Some(metrics)) => {
                     finished.insert(run, metrics);
                     is_written = false;
                 }
                 // The terminal sends Ctrl-C to emulators, too, and an emulator may end first.
-                Err(error) if is_emulators(&error) && self.is_interrupted_within(PATIENCE) => break,
+                Err(error) if is_emulators(&error) && self.is_interrupted_within(PATIENCE) => {
+                    is_whole = false;
+                    break;
+                }
                 Err(error) => {
+                    if let Some(data) = &mut data {
+                        let BatchRun { variant, seed } = &self.runs[run];
+                        let scenario = &variant.opened.scenario;
+                        data.add_failure(
+                            (run as u32, *seed),
+                            variant.point,
+                            scenario,
+                            &error.to_string(),
+                        );
+                    }
                     failed.insert(run, Err(error));
                 }
             }
@@ -332,6 +393,10 @@ impl Batch<'_> {
                 (is_written, written) = (true, Instant::now());
             }
         }
+        // Runs count as finished when all that they give is on disk.
+        if let (Some(data), true) = (data, is_whole) {
+            data.write()?;
+        }
         if !is_written {
             write(&finished)?;
         }
@@ -341,10 +406,20 @@ impl Batch<'_> {
 
     /// Simulates a run. Returns `None` if the batch was interrupted before the end of the run. A
     /// defect ends this run alone; nothing but its own state has changed.
-    fn complete(&self, number: usize) -> Result<Option<Metrics>, RunFailure> {
+    fn complete(
+        &self,
+        number: usize,
+        data: Option<&mut PartData<'_>>,
+    ) -> Result<Option<Metrics>, RunFailure> {
         let run = &self.runs[number];
-        let Some(summary) = Defect::catch(|| (self.simulate)(run))?? else { return Ok(None) };
-        let metrics = metrics::values(&run.variant.opened.scenario, &summary);
+        let mut tables = data.is_some().then(|| RunTables::new(number as u32, &run.variant.setup));
+        let summary = Defect::catch(|| (self.simulate)(run, tables.as_mut()))??;
+        let Some(summary) = summary else { return Ok(None) };
+        let scenario = &run.variant.opened.scenario;
+        let metrics = metrics::values(scenario, &summary);
+        if let (Some(data), Some(tables)) = (data, tables) {
+            data.add(tables, run.variant.point, scenario, &summary);
+        }
         if !summary.faults.is_empty() {
             let mut faulty = run.variant.faulty.lock().expect(UNPOISONED);
             if faulty.as_ref().is_none_or(|(first, _)| number < *first) {
@@ -438,11 +513,12 @@ pub mod tests {
         let (journal, finished) = journal(&arguments, &variants, [runs.len(), columns]).unwrap();
         let batch = Batch {
             runs: &runs,
-            simulate: &|run: &BatchRun| match run.seed {
+            simulate: &|run: &BatchRun, _| match run.seed {
                 3 | 8 => panic!("robot {} is missing", run.seed),
                 seed => run::complete(&run.variant.setup, seed, || false),
             },
             journal: journal.as_ref(),
+            data: None,
             is_interrupted: &AtomicBool::new(false),
             done: AtomicUsize::new(0),
             progress: Mutex::new(Progress::new(8, true)),

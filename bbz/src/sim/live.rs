@@ -15,6 +15,7 @@ use crate::problem::Problem;
 use crate::report;
 
 use super::arguments::SimArguments;
+use super::data::SingleData;
 use super::open;
 use super::plan::ParameterPlaces;
 use super::progress::Progress;
@@ -51,14 +52,28 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
     let robots = simulation.robot_count() as f64;
     let mut recorder = Recorder::new(arguments, &simulation, &opened.inputs())?;
     recorder.sample(&simulation)?;
+    let mut data = match &arguments.data {
+        Some(path) => Some(SingleData::create(path, &setup, &opened.inputs())?),
+        None => None,
+    };
+    if let Some(data) = &mut data {
+        data.read(&simulation)?;
+    }
     let mut failure = None;
     while !simulation.is_over() && !interrupt.is_raised() && !output.has_failed() {
-        if let Err(error) = simulation.tick() {
+        let ticked = match &mut data {
+            Some(data) => simulation.tick_observed(data.observer()),
+            None => simulation.tick(),
+        };
+        if let Err(error) = ticked {
             // The terminal sends Ctrl-C to emulators, too, and an emulator may end first.
             failure = (!interrupt.is_raised_within(PATIENCE)).then_some(error);
             break;
         }
         recorder.sample(&simulation)?;
+        if let Some(data) = &mut data {
+            data.read(&simulation)?;
+        }
         // The lines are taken even if they are not printed, because they would accumulate.
         let lines = simulation.take_log();
         if !lines.is_empty() && !is_quiet {
@@ -79,6 +94,9 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
     let elapsed = progress.finish();
     let result = simulation.summary();
     recorder.finish(&setup)?;
+    if let Some(data) = data {
+        data.finish(&setup, &result, simulation.digest())?;
+    }
     output.flush();
     if interrupt.is_raised() {
         let end = opened.scenario.world.duration;

@@ -3,6 +3,7 @@
 mod arguments;
 mod batch;
 mod checks;
+mod data;
 pub mod desk;
 mod doors;
 mod journal;

@@ -30,7 +30,7 @@ pub fn show(
     mut interrupt: Interrupt,
     listen: impl FnOnce(&mut TracePrinter<'_>, &mut Interrupt) -> Result<(), Box<dyn Problem>>,
 ) -> Result<ExitStatus, Box<dyn Problem>> {
-    let page = Page::open().map_err(ViewError::Page)?;
+    let page = Page::open().map_err(ViewError)?;
     let (sender, reports) = sync_channel(REPORTS_MAX);
     let is_closed = Arc::new(AtomicBool::new(false));
     let mut watched = Watched::new(reports, kind, printer.script_name());

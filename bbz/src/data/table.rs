@@ -1,0 +1,170 @@
+//! Rows of a table in memory, and the files to which they go.
+
+use std::path::{Path, PathBuf};
+
+use bittybuzz_tables::{Block, Cells, Column, Form, Kind, Schema, TableError, TableWriter};
+
+use crate::file_error::FileError;
+use crate::whole_file;
+
+/// A value of a row.
+#[derive(Debug, Clone)]
+pub enum Cell {
+    Integer(i32),
+    OptionalInteger(Option<i32>),
+    OptionalNumber(Option<f64>),
+    OptionalText(Option<String>),
+}
+
+/// A table of a run, whose rows wait to be written.
+pub struct RunData {
+    /// The name of the folder of the table's files.
+    pub name: &'static str,
+    schema: Schema,
+    cells: Vec<Cells>,
+    /// The number of files that were written.
+    parts: usize,
+}
+
+impl RunData {
+    /// Returns a table without rows.
+    pub fn new(name: &'static str, columns: Vec<Column>) -> Self {
+        let schema = Schema::new(columns).expect("the columns of a table have different names");
+        let cells = schema.columns().iter().map(|column| Cells::of(column.kind)).collect();
+        RunData { name, schema, cells, parts: 0 }
+    }
+
+    /// Returns the number of rows that wait.
+    pub fn rows(&self) -> usize {
+        self.cells.first().map_or(0, Cells::len)
+    }
+
+    /// Adds a row.
+    pub fn push(&mut self, row: impl IntoIterator<Item = Cell>) {
+        for (cells, cell) in self.cells.iter_mut().zip(row) {
+            match (cells, cell) {
+                (Cells::Integers(values), Cell::Integer(value)) => values.push(value),
+                (Cells::OptionalIntegers(values), Cell::OptionalInteger(value)) => {
+                    values.push(value);
+                }
+                (Cells::OptionalNumbers(values), Cell::OptionalNumber(value)) => values.push(value),
+                (Cells::OptionalTexts(values), Cell::OptionalText(value)) => values.push(value),
+                (cells, cell) => unreachable!("{cell:?} in a column of {cells:?}"),
+            }
+        }
+    }
+
+    /// Sorts the rows that wait by a column of integers. Rows with the same number stay in their
+    /// order.
+    pub fn sort_by(&mut self, column: usize) {
+        let Some(Cells::Integers(keys)) = self.cells.get(column) else { return };
+        let mut order: Vec<usize> = (0..keys.len()).collect();
+        order.sort_by_key(|row| keys[*row]);
+        for cells in &mut self.cells {
+            match cells {
+                Cells::Integers(values) => *values = in_order(values, &order),
+                Cells::OptionalIntegers(values) => *values = in_order(values, &order),
+                Cells::OptionalNumbers(values) => *values = in_order(values, &order),
+                Cells::OptionalTexts(values) => *values = in_order(values, &order),
+            }
+        }
+    }
+
+    /// Discards the rows that wait.
+    pub fn forget(&mut self) {
+        self.take();
+    }
+
+    /// Returns the rows that wait, of which none is left.
+    fn take(&mut self) -> Block {
+        let columns = self.schema.columns().iter();
+        let empty = columns.map(|column| Cells::of(column.kind)).collect();
+        let cells = std::mem::replace(&mut self.cells, empty);
+        Block::new(&self.schema, cells).expect("each row has a cell in each column")
+    }
+
+    /// Writes the rows that wait to the next file of the table's folder. Does nothing if there are
+    /// none, unless `is_last` is true and no file has been written: readers find the columns then.
+    pub fn write_part(&mut self, data: &Path, is_last: bool) -> Result<(), FileError> {
+        if self.rows() == 0 && !(is_last && self.parts == 0) {
+            return Ok(());
+        }
+        let mut file = PartFile::begin(self);
+        file.add(self);
+        file.write(data, self.parts)?;
+        self.parts += 1;
+        Ok(())
+    }
+
+    /// Begins a CSV file of this table.
+    pub fn begin_csv<W: std::io::Write + Send>(
+        &self,
+        output: W,
+    ) -> Result<TableWriter<W>, TableError> {
+        TableWriter::new(output, Form::Csv, &self.schema)
+    }
+
+    /// Writes the rows that wait to a CSV file of this table.
+    pub fn write_csv<W: std::io::Write + Send>(
+        &mut self,
+        file: &mut TableWriter<W>,
+    ) -> Result<(), TableError> {
+        file.write(&self.take())
+    }
+}
+
+/// A file of Parquet in memory, with the rows of one run after the other.
+pub struct PartFile {
+    /// The name of the folder of the table's files.
+    name: &'static str,
+    file: TableWriter<Vec<u8>>,
+}
+
+/// The reason why a file in memory takes all rows.
+const IN_MEMORY: &str = "memory takes all bytes, and a table has blocks of its own columns";
+
+impl PartFile {
+    /// Begins a file for a table.
+    pub fn begin(table: &RunData) -> Self {
+        let file = TableWriter::new(Vec::new(), Form::Parquet, &table.schema).expect(IN_MEMORY);
+        PartFile { name: table.name, file }
+    }
+
+    /// Takes the rows that wait, of a table with the same columns.
+    pub fn add(&mut self, table: &mut RunData) {
+        self.file.write(&table.take()).expect(IN_MEMORY);
+    }
+
+    /// Writes the file with that number to the folder of the table.
+    pub fn write(self, data: &Path, number: usize) -> Result<(), FileError> {
+        let bytes = self.file.finish().expect(IN_MEMORY);
+        let folder = data.join(self.name);
+        std::fs::create_dir_all(&folder).map_err(|error| FileError::writing(&folder, error))?;
+        // Clears away the temporary file of a process that was killed while it wrote this part.
+        whole_file::write(&part_path(&folder, number), &bytes)
+    }
+}
+
+/// Returns the path of a file in the folder of a table.
+pub fn part_path(folder: &Path, number: usize) -> PathBuf {
+    folder.join(format!("{number:05}.parquet"))
+}
+
+fn in_order<T: Clone>(values: &[T], order: &[usize]) -> Vec<T> {
+    order.iter().map(|row| values[*row].clone()).collect()
+}
+
+/// Returns a column that has a value in each row.
+pub fn integer(name: &str) -> Column {
+    Column::new(name, Kind::Integer)
+}
+
+/// Returns a column of integers that may be missing.
+pub fn optional_integer(name: impl Into<String>) -> Column {
+    Column::new(name, Kind::OptionalInteger)
+}
+
+/// Returns a column of texts.
+pub fn text(name: &str) -> Column {
+    Column::new(name, Kind::OptionalText)
+}
