@@ -602,7 +602,7 @@ fn a_study_in_the_scenario_is_a_batch() {
     assert_eq!(rows[0], "seed,GROUP,seconds,medium.ir.loss,success,failed,n");
     assert_eq!(rows.len(), 1 + 4);
     let twice = ["sim", "s.toml", "--csv", "runs.csv", "--set", "robots.0.globals.GROUP=1"];
-    folder.bbz(&twice).fails_with(3, &["GROUP` has values in [sweep] (line 16) and in `--set`"]);
+    folder.bbz(&twice).fails_with(3, &["GROUP` has values in [sweep] (line 17) and in `--set`"]);
     let twice = ["--csv", "runs.csv", "--set", "world.seed=1", "--set", "world.seed=2"];
     let twice = [&["sim", "s.toml"], &twice[..]].concat();
     folder.bbz(&twice).fails_with(3, &["`world.seed` has values in two `--set`", "world.seed=1,2"]);
@@ -637,19 +637,19 @@ fn a_mistake_of_a_study_is_at_its_parameter() {
     refused(
         "globals.GROUP",
         "globals.GROPU",
-        &["no script has a global `GROPU`", "s.toml:16:", "did you mean `GROUP`"],
+        &["no script has a global `GROPU`", "s.toml:17:", "did you mean `GROUP`"],
     );
     refused(
         "[2, 3]",
         "[2, 3.5]",
-        &["`GROUP` is an integer in line 1 of", "3.5 is a float", "s.toml:16:"],
+        &["`GROUP` is an integer in line 1 of", "3.5 is a float", "s.toml:17:"],
     );
     refused(
         "walkers.globals",
         "talkers.globals",
-        &["no group of robots is named `talkers`", "s.toml:16:"],
+        &["no group of robots is named `talkers`", "s.toml:17:"],
     );
-    refused("\"world.duration\"", "\"world.duratoin\"", &["unknown key `duratoin`", "s.toml:19:"]);
+    refused("\"world.duration\"", "\"world.duratoin\"", &["unknown key `duratoin`", "s.toml:20:"]);
     // A run that is shorter than a measure.
     let measure = "max(global.n)\"\nat = 2\n";
     refused(
