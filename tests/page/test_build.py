@@ -240,8 +240,8 @@ def test_boxes_discs_and_pucks_are_built_with_the_mouse(page):
     chosen(page, "Disc 3")
     page.get_by_role("button", name="Puck", exact=True).click()
     click(page, 0, -150)
-    built = download(page)
     chosen(page, "Puck 1")
+    built = download(page)
     assert re.search(r"\{ at = \[0, -150\], radius = 50, movable = true \}", built), built
     assert things(page)[2:] == ["Disc 1", "Box 2", "Disc 3", "Puck 1", "Lamp 1"]
     # A copy of a puck that was deleted is a puck.
