@@ -61,7 +61,9 @@ let saidKind = "progress";
 /** @type {Ask} */
 const ask = (request) => {
     // What was refused is about to be mended.
-    if (saidKind === "answer" && !QUIET.includes(typeof request === "string" ? request : Object.keys(request)[0])) {
+    const kind = typeof request === "string" ? request : Object.keys(request)[0];
+    // While the world is built, a text is checked a moment after it was typed, which mends nothing.
+    if (saidKind === "answer" && !QUIET.includes(kind) && !(kind === "check" && builder.isOn)) {
         showStatus("");
     }
     session.ask(request);
