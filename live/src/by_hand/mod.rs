@@ -175,7 +175,7 @@ pub fn apply(text: &str, edit: &WorldEdit, parse: Parse<'_>) -> Result<BuiltText
         }
         WorldEdit::Copy { thing, values } => {
             let copied = with_thing(text, thing, |list, number| {
-                text::element_text(text, &text::elements(list)[number]).to_owned()
+                text::element_text(text, &text::elements(list)[number])
             })?;
             let built = add(text, thing.kind, Some(copied), &values)?;
             let copy = built.thing.expect("an addition adds a thing");

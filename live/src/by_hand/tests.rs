@@ -155,6 +155,18 @@ fn sections_are_lists_too() {
 }
 
 #[test]
+fn a_copy_has_no_comments() {
+    let section =
+        "[[world.ground]] # the nest\n# In the middle.\nat = [0, 0]\nradius = 20 # small\n";
+    for newline in ["\n", "\r\n"] {
+        let text = world(section, &[LISTED]).replace('\n', newline);
+        let copied = after(&text, copy("patch", 0, json!({ "at": [90, 0] })));
+        let added = "small\n\n[[world.ground]]\nat = [90, 0]\nradius = 20\n".replace('\n', newline);
+        assert_eq!(copied, text.replace(&format!("small{newline}"), &added));
+    }
+}
+
+#[test]
 fn a_lamp_may_be_a_position() {
     let text = world("lights = [[750, 0x1], [1, 1]]\n", &[LISTED]).replace("1000,", "2000,");
     assert_eq!(

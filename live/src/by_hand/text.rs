@@ -200,9 +200,19 @@ pub fn end_of(item: &Item<'_>) -> usize {
     }
 }
 
-/// Returns the text of an element, which [`append`] takes.
-pub fn element_text<'a>(text: &'a str, item: &Item<'_>) -> &'a str {
-    &text[item.span().start..end_of(item)]
+/// Returns the text of an element without its comments, which [`append`] takes. Elements have no
+/// strings, so each `#` starts a comment.
+pub fn element_text(text: &str, item: &Item<'_>) -> String {
+    let lines = text[item.span().start..end_of(item)].split_inclusive('\n');
+    let without = lines.filter_map(|line| match line.split_once('#') {
+        None => Some(line.to_owned()),
+        Some((before, _)) if before.trim().is_empty() => None,
+        Some((before, comment)) => {
+            let rest = comment.trim_end_matches(['\r', '\n']).len();
+            Some(before.trim_end().to_owned() + &comment[rest..])
+        }
+    });
+    without.collect()
 }
 
 /// Returns true for a section `[[key]]`.
