@@ -82,6 +82,22 @@ def test_names_complete_with_their_help(page):
     expect(page.locator("#text .cm-completionInfo")).to_contain_text(re.compile(r"\w"))
 
 
+def test_a_new_line_after_a_comment_or_a_name_takes_no_other_name(page):
+    write(page, "n = 0\nnorth = 1\n")
+    page.keyboard.press("Control+End")
+    options = page.locator("#text .cm-tooltip-autocomplete")
+    page.keyboard.type("no = n")
+    page.keyboard.press("Control+Space")
+    expect(options.get_by_role("option").first).to_have_text("n")
+    options.get_by_role("option").first.click()
+    expect(options).to_have_count(0)
+    for start in ["# no", "s = \"no"]:
+        page.keyboard.type(f"\n{start}")
+        page.keyboard.press("Control+Space")
+        page.keyboard.type("\n")
+    expect(page.locator("#text .cm-line")).to_have_text(["n = 0", "north = 1", "no = n", "# no", "", "s = \"no", "\""])
+
+
 def test_all_robots_load_a_draft(page):
     write(page, RED)
     page.keyboard.press("Control+Shift+Enter")

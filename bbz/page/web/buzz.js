@@ -1,13 +1,13 @@
 // Buzz in the editor: its words in colors, and names that complete themselves.
 
-import { StreamLanguage } from "./vendor.js";
+import { ifNotIn, StreamLanguage } from "./vendor.js";
 
 const KEYWORDS = /^(?:var|function|return|if|else|for|while|and|or|not|include)\b/;
 const CONSTANTS = /^(?:nil|self|id|swarm|neighbors|stigmergy|math|string|pos)\b/;
 
 /**
  * @import { Word } from "./events"
- * @import { CompletionContext, CompletionResult } from "@codemirror/autocomplete"
+ * @import { CompletionContext, CompletionResult, CompletionSource } from "@codemirror/autocomplete"
  * @import { StreamParser } from "@codemirror/language"
  */
 
@@ -62,13 +62,14 @@ const parser = {
 
 export const buzz = StreamLanguage.define(parser);
 
-// Completes names from `words` (crate live, words.rs), and those of the text itself.
+// Completes names from `words` (crate live, words.rs), and those of the text itself. In comments and strings the Enter key
+// would take a name where a new line was meant.
 /**
  * @param {() => Word[]} words
- * @returns {(context: CompletionContext) => CompletionResult | null}
+ * @returns {CompletionSource}
  */
 export function completing(words) {
-    return (context) => {
+    return ifNotIn(["comment", "string"], (/** @type {CompletionContext} */ context) => {
         const before = context.matchBefore(/[\w.]*/);
         if (!before || (before.from === before.to && !context.explicit) || /^[\d.]/.test(before.text)) {
             return null;
@@ -82,12 +83,13 @@ export function completing(words) {
         }));
         if (dot < 0) {
             const known = new Set(options.map(({ label }) => label));
-            const text = context.state.doc.toString();
-            const own = new Set(text.match(/\b[A-Za-z_]\w*/g));
-            // The word that is being written is no name yet.
-            own.delete(before.text);
+            const names = context.state.doc.toString().match(/\b[A-Za-z_]\w*/g) ?? [];
+            // The word that is being written is a name only if it is written elsewhere, too.
+            const own = new Set(names.toSpliced(names.indexOf(before.text), 1));
             own.forEach((label) => known.has(label) || options.push({ label, type: "variable", boost: -1 }));
         }
-        return { from: before.from + dot + 1, options, validFor: /^\w*$/ };
-    };
+        /** @type {CompletionResult} */
+        const result = { from: before.from + dot + 1, options, validFor: /^\w*$/ };
+        return result;
+    });
 }
