@@ -142,12 +142,14 @@ fn tables_are_csv() {
                 seed: 1,
                 parameters: ["a,\"b\"".to_owned()].into(),
                 metrics: vec![Some(1.5), None],
+                digest: Some(0xabc),
                 error: None,
             },
             RunRow {
                 seed: 2,
                 parameters: [String::new()].into(),
                 metrics: vec![Some(0.0), None],
+                digest: None,
                 error: Some("no, room".to_owned()),
             },
         ],
@@ -155,7 +157,8 @@ fn tables_are_csv() {
     // RFC 4180: cells with commas or quotes are quoted, quotes doubled, lines end in CR LF.
     assert_eq!(
         table.to_csv(),
-        "seed,robots.0.script,since.3,\"mean distance(1, 2)\",error\r\n1,\"a,\"\"b\"\"\",1.5,,\r\n2,,0,,\"no, room\"\r\n"
+        "seed,robots.0.script,since.3,\"mean distance(1, 2)\",digest,error\r\n\
+         1,\"a,\"\"b\"\"\",1.5,,0000000000000abc,\r\n2,,0,,,\"no, room\"\r\n"
     );
 }
 

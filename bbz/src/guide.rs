@@ -226,18 +226,20 @@ fn commands(command: &Command) -> String {
     let mut text = format!("## Commands\n\n{}", block("text", examples));
     let commands = command.get_subcommands().filter(|command| command.get_name() != "help");
     let commands = commands.map(|command| {
-        let about = command.get_about().expect("each command has a comment");
-        let usage = command.clone().render_usage().to_string();
-        let arguments = command.get_arguments().filter_map(argument);
-        format!(
-            "{}\n  {about}\n{}",
-            usage.trim_start_matches("Usage: "),
-            arguments.collect::<String>()
-        )
+        let arguments = command.get_arguments().filter_map(argument).collect::<String>();
+        let inner = command.get_subcommands().filter(|command| command.get_name() != "help");
+        usage(command) + &arguments + &inner.map(usage).collect::<String>()
     });
     text += "\n";
-    text += &block("text", commands.collect::<Vec<_>>().join("\n"));
+    text += &block("text", commands.collect::<String>());
     text
+}
+
+/// Returns a line with the form of a command, and one with its purpose.
+fn usage(command: &Command) -> String {
+    let about = command.get_about().expect("each command has a comment");
+    let usage = command.clone().render_usage().to_string();
+    format!("{}\n  {about}\n", usage.trim_start_matches("Usage: "))
 }
 
 /// Returns a line with the form of an argument and its help; `None` for `--help`.

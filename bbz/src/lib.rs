@@ -22,6 +22,7 @@
 mod build;
 mod check;
 mod checks;
+mod chunks;
 mod completions;
 mod costs;
 mod data;
@@ -119,6 +120,8 @@ enum Command {
     Run(run::RunArguments),
     /// Simulate the robots of a scenario and check its expectations
     Sim(sim::SimArguments),
+    /// Simulate many runs in a folder that processes and computers share
+    Sweep(sim::sweep::SweepArguments),
     /// Show a recording of a simulation in a page
     #[cfg(feature = "view")]
     View(view::ViewArguments),
@@ -212,6 +215,7 @@ fn execute(command: &Command) -> Result<ExitStatus, Box<dyn Problem>> {
         Command::Build(arguments) => build::execute(arguments),
         Command::Run(arguments) => run::execute(arguments),
         Command::Sim(arguments) => sim::execute(arguments),
+        Command::Sweep(arguments) => sim::sweep::execute(arguments),
         #[cfg(feature = "view")]
         Command::View(arguments) => view::execute(arguments),
         Command::Export(arguments) => export::execute(arguments),

@@ -9,8 +9,8 @@ use std::error::Error;
 use bittybuzz_toml_reader::Place;
 
 /// A reason why a command cannot be carried out: a mistake of the command line, or of the files that
-/// it names. The message is the `Display` form.
-pub trait Problem: Error {
+/// it names. The message is the `Display` form. The threads of a batch pass it on.
+pub trait Problem: Error + Send {
     /// Returns advice on how to mend the problem.
     fn help(&self) -> Option<String> {
         None

@@ -59,11 +59,6 @@ impl WholeFile {
         if !path.is_dir() && !is_stream(path) {
             unfinished::clear(path, &place(path));
         }
-        WholeFile::create_in_own_folder(path)
-    }
-
-    /// Creates the temporary file in a folder whose owner clears it.
-    fn create_in_own_folder(path: &Path) -> Result<Self, FileError> {
         let unwritable = |error| FileError::writing(path, error);
         if path.is_dir() {
             return Err(unwritable(io::ErrorKind::IsADirectory.into()));
@@ -153,16 +148,7 @@ fn open_stream(path: &Path) -> Result<File, FileError> {
 
 /// Writes a file whole or not at all.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    write_all(WholeFile::create(path)?, path, bytes)
-}
-
-/// Writes a file whole or not at all, in a folder whose owner clears away what killed processes
-/// leave. A journal does so once, not at each of its thousands of files.
-pub fn write_in_own_folder(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    write_all(WholeFile::create_in_own_folder(path)?, path, bytes)
-}
-
-fn write_all(mut file: WholeFile, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let mut file = WholeFile::create(path)?;
     file.write_all(bytes).map_err(|error| FileError::writing(path, error))?;
     file.finish()
 }

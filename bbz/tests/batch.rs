@@ -31,11 +31,11 @@ fn folder(test: &str) -> Folder {
     folder
 }
 
-/// Returns the number of complete parts of the journal.
+/// Returns the number of complete chunks of the journal.
 fn parts(folder: &Folder) -> usize {
     let Ok(entries) = folder.path("runs.csv.parts").read_dir() else { return 0 };
     let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    names.filter(|name| name.starts_with("part-") && !name.contains('.')).count()
+    names.filter(|name| name.ends_with(".runs")).count()
 }
 
 /// Starts a batch, and returns when `count` parts are written or the process has ended.
@@ -133,11 +133,7 @@ fn a_signal_ends_a_batch_in_order() {
         // The batch resumes where it was: none of the twenty runs is simulated again.
         let resume = [&ENDLESS[..], &["--resume"]].concat();
         let mut child = folder.command(&resume).spawn().unwrap();
-        let mut stderr = BufReader::new(child.stderr.take().unwrap());
-        let mut printed = String::new();
-        while !printed.contains("20 of 40 runs were finished before") {
-            assert_ne!(stderr.read_line(&mut printed).unwrap(), 0, "only printed:\n{printed}");
-        }
+        await_line(&mut child, "20 of 40 runs were finished before");
         send(signal, &child);
         assert_eq!(finish(child).status, Some(130));
         assert_eq!(parts(&folder), 20);
@@ -156,39 +152,79 @@ fn a_batch_goes_on_only_as_what_it_was() {
         assert_eq!(self::parts(&folder), 20);
     };
     refused(&ENDLESS, &["runs.csv.parts` has finished runs", "--resume goes on"]);
-    let others = "another batch; not as they were: --";
-    refused(&[&resume[..], &["--seed", "5"]].concat(), &[others, "--seed", "remove the folder"]);
-    let more: Vec<&str> =
-        resume.iter().map(|word| if *word == "20" { "21" } else { word }).collect();
-    refused(&more, &[others, "--runs"]);
+    let others = "is of another experiment; not as they were: ";
     folder.write("s.bzz", format!("{SCRIPT}\n"));
-    refused(&resume, &["not as they were: `", "s.bzz`"]);
+    refused(&resume, &[others, "`s.bzz`", "remove the folder"]);
     folder.write("s.bzz", SCRIPT);
+    folder.write("s.toml", SCENARIO.replace("500, 500", "500, 501"));
+    refused(&resume, &[others, "the scenario"]);
+    // A comment decides nothing.
     folder.write("s.toml", format!("# a comment\n{SCENARIO}"));
-    refused(&resume, &["not as they were: `", "s.toml`"]);
-    folder.write("s.toml", SCENARIO);
-    let part = String::from_utf8(folder.read("runs.csv.parts/part-3")).unwrap();
-    for (damaged, place) in [
-        (part.replace("bbz batch ", "bbz batch 0"), "line 1 of"),
-        (part.replace("\n3,", "\n4,"), "line 2 of"),
-        (part.trim_end().to_owned(), "line 2 of"),
-        (part.replace("\n3,1,", "\n3,one,"), "line 2 of"),
-        (part.replace("\n3,1,", "\n3,"), "line 2 of"),
-        (part.replace("\n3,1,", "\n3,NaN,"), "line 2 of"),
-    ] {
-        assert_ne!(damaged, part);
-        folder.write("runs.csv.parts/part-3", damaged);
-        refused(&resume, &[place, "part-3` is damaged", "remove the file"]);
+    let mut child = folder.command(&resume).spawn().unwrap();
+    await_line(&mut child, "20 of 40 runs were finished before");
+    send("-TERM", &child);
+    assert_eq!(finish(child).status, Some(130));
+}
+
+/// Reads what a process prints until a line has this part.
+fn await_line(child: &mut Child, part: &str) {
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut printed = String::new();
+    while !printed.contains(part) {
+        assert_ne!(stderr.read_line(&mut printed).unwrap(), 0, "only printed:\n{printed}");
     }
-    // A digit that is another one, anywhere in the row.
-    let row = part.find('\n').unwrap() + 1;
-    let digits = part.char_indices().filter(|(at, c)| *at >= row && c.is_ascii_digit());
-    for (at, digit) in digits.step_by(3) {
-        let other = if digit == '9' { "8" } else { "9" };
-        let damaged = [&part[..at], other, &part[at + 1..]].concat();
-        folder.write("runs.csv.parts/part-3", damaged);
-        refused(&resume, &["line 2 of", "part-3` is damaged"]);
+}
+
+#[test]
+fn a_damaged_chunk_is_set_aside_and_run_again() {
+    let folder = folder("batch_damaged");
+    let child = start(&folder, &ENDLESS, 20);
+    send("-TERM", &child);
+    assert_eq!(finish(child).status, Some(130));
+    let names = folder.path("runs.csv.parts").read_dir().unwrap();
+    let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let name = names.into_iter().find(|name| name.ends_with("-000003.runs")).unwrap();
+    let place = format!("runs.csv.parts/{name}");
+    let whole = folder.read(&place);
+    folder.write(&place, &whole[..whole.len() - 9]);
+    let resume = [&ENDLESS[..], &["--resume"]].concat();
+    let mut child = folder.command(&resume).spawn().unwrap();
+    await_line(&mut child, "19 of 40 runs were finished before");
+    while parts(&folder) < 20 {
+        thread::sleep(Duration::from_millis(1));
     }
+    send("-TERM", &child);
+    assert_eq!(finish(child).status, Some(130));
+    assert_eq!(folder.read(&place), whole);
+    let outcome = folder.bbz(&["sweep", "status", "runs.csv.parts"]);
+    assert_eq!(outcome.status, Some(1), "{outcome:?}");
+    assert!(outcome.stdout.starts_with("20 of 40 runs are finished"), "{outcome:?}");
+}
+
+/// More seeds and more values are more runs, not others.
+#[test]
+fn a_batch_that_was_stopped_grows() {
+    let folder = folder("batch_grows");
+    let child = start(&folder, &ENDLESS, 20);
+    send("-TERM", &child);
+    assert_eq!(finish(child).status, Some(130));
+    let more = |replaced: &[(&str, &'static str)]| -> Vec<String> {
+        let other = |word: &str| {
+            let found = replaced.iter().find(|(old, _)| *old == word);
+            found.map_or(word, |(_, new)| *new).to_owned()
+        };
+        ENDLESS.iter().copied().chain(["--resume"]).map(other).collect()
+    };
+    let short = ("world.duration=1,2419200", "world.duration=1,2");
+    let arguments = more(&[("20", "30"), short]);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let outcome = folder.bbz(&arguments);
+    assert_eq!(outcome.status, Some(0), "{outcome:?}");
+    assert!(outcome.stderr.contains("20 of 60 runs were finished before"), "{outcome:?}");
+    let grown = folder.read("runs.csv");
+    let fresh = ["sim", "s.toml", "--runs", "30", "--set", short.1, "--csv", "fresh.csv"];
+    assert_eq!(folder.bbz(&fresh).status, Some(0));
+    assert_eq!(folder.read("fresh.csv"), grown);
 }
 
 /// The program is not what its runs depend on: a compiler, a profile or a system may have made another one
@@ -206,11 +242,7 @@ fn a_batch_goes_on_with_another_program_of_the_same_sources() {
     let mut command = Command::new(&other);
     command.args(ENDLESS).arg("--resume").current_dir(folder.path("."));
     let mut child = command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
-    let mut stderr = BufReader::new(child.stderr.take().unwrap());
-    let mut printed = String::new();
-    while !printed.contains("20 of 40 runs were finished before") {
-        assert_ne!(stderr.read_line(&mut printed).unwrap(), 0, "only printed:\n{printed}");
-    }
+    await_line(&mut child, "20 of 40 runs were finished before");
     send("-TERM", &child);
     assert_eq!(finish(child).status, Some(130));
 }
@@ -227,7 +259,7 @@ fn a_batch_of_a_script_goes_on_only_with_its_robots() {
     for (old, new, option) in [("5", "6", "--count"), ("kilobot", "zooids", "--robot")] {
         let other: Vec<&str> =
             resume.iter().map(|word| if *word == old { new } else { word }).collect();
-        folder.bbz(&other).fails_with(3, &["another batch; not as they were: --", option]);
+        folder.bbz(&other).fails_with(3, &["another experiment; not as they were: --", option]);
         assert_eq!(parts(&folder), 20);
     }
 }
@@ -263,8 +295,8 @@ fn a_run_that_fails_is_a_row() {
     assert!(outcome.stdout.contains("kilobot.count=60000: 0 of 2 runs succeeded\n"));
     let table = String::from_utf8(folder.read("runs.csv")).unwrap();
     let rows: Vec<&str> = table.split_terminator("\r\n").collect();
-    assert!(rows[0].ends_with(",overruns,error"), "{}", rows[0]);
-    assert!(rows[1].starts_with("1,2,1,0,") && rows[1].ends_with(",0,"), "{}", rows[1]);
+    assert!(rows[0].ends_with(",overruns,digest,error"), "{}", rows[0]);
+    assert!(rows[1].starts_with("1,2,1,0,") && rows[1].ends_with(','), "{}", rows[1]);
     let empty = ",".repeat(rows[0].matches(',').count() - 2);
     for (row, seed) in rows[3..].iter().zip(1..) {
         let start = format!(

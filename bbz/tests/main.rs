@@ -30,6 +30,7 @@ mod sim;
 mod sim_view;
 mod stubs;
 mod support;
+mod sweep;
 mod trace;
 mod trace_view;
 mod unfinished;

@@ -32,9 +32,9 @@ impl TextFile {
     }
 }
 
-/// Returns the SHA-256 of a text in hexadecimal, as `sha256sum` prints it.
-pub fn sha256(text: &str) -> String {
-    Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
+/// Returns the SHA-256 of a text or of bytes in hexadecimal, as `sha256sum` prints it.
+pub fn sha256(content: impl AsRef<[u8]>) -> String {
+    Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The result of an expectation.

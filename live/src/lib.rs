@@ -110,6 +110,7 @@ pub use grading::{Assignment, Graded, Mark, Results, marks_csv};
 pub use hand_in::{HandIn, TextFile, sha256};
 pub use live::Live;
 pub use page_event::{DefectEvent, PageEvent};
+pub use relative::relative;
 pub use replay::Replay;
 pub use scenario_comments::{ScenarioWarning, scenario_warnings};
 pub use scenario_files::{

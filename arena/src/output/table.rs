@@ -11,6 +11,8 @@ pub struct RunRow {
     pub parameters: Arc<[String]>,
     /// The metrics, in the order of [`RunTable::metrics`]; `None` where the run has none.
     pub metrics: Vec<Option<f64>>,
+    /// The digest of the world at the end; `None` for a run without an end.
+    pub digest: Option<u64>,
     /// The reason why the run has no metrics but `success`, which is 0 then.
     pub error: Option<String>,
 }
@@ -31,14 +33,15 @@ impl RunTable {
     /// as they need. A metric or error that is missing is empty.
     pub fn to_csv(&self) -> String {
         let names = ["seed".to_owned()].into_iter().chain(self.parameters.iter().cloned());
-        let last = ["error".to_owned()];
+        let last = ["digest", "error"].map(str::to_owned);
         let mut text = csv_line(names.chain(self.metrics.iter().cloned()).chain(last));
         for row in &self.rows {
             let metrics = row.metrics.iter();
             let metrics = metrics.map(|metric| metric.map_or(String::new(), |m| m.to_string()));
+            let digest = row.digest.map_or(String::new(), |digest| format!("{digest:016x}"));
             let error = row.error.clone().unwrap_or_default();
             let cells = [row.seed.to_string()].into_iter().chain(row.parameters.iter().cloned());
-            text.push_str(&csv_line(cells.chain(metrics).chain([error])));
+            text.push_str(&csv_line(cells.chain(metrics).chain([digest, error])));
         }
         text
     }

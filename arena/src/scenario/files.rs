@@ -16,7 +16,7 @@ use super::read::Section;
 
 /// The files of a scenario's `[[file]]` sections. They take the place of files on disk with the
 /// same paths.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct EmbeddedFiles {
     /// Their paths begin with the folder of the scenario.
     files: MemoryFiles,

@@ -13,8 +13,9 @@ use toml::{Table, Value};
 const PROGRAM: &str = "bbz";
 
 /// Crates of the repository on which the program depends and that decide no run: this one, the page,
-/// tables, and readers and writers of real robots.
-const OTHERS: [&str; 5] = [
+/// tables, the store of finished runs, and readers and writers of real robots.
+const OTHERS: [&str; 6] = [
+    "bittybuzz-chunks",
     "bittybuzz-isp",
     "bittybuzz-page",
     "bittybuzz-sources",

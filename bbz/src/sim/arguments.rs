@@ -36,7 +36,7 @@ the result, 1 one could not go on, 130 stopped by Ctrl-C or SIGTERM.
 Of both: 2 the scenario is wrong or a script does not compile, 3 wrong command line or file.";
 
 /// Parses a number of threads.
-fn threads(text: &str) -> Result<usize, String> {
+pub(super) fn threads(text: &str) -> Result<usize, String> {
     let number = text.parse().ok().filter(|number| (1..=THREADS_MAX).contains(number));
     number.ok_or_else(|| format!("{text} is not in 1..={THREADS_MAX}"))
 }
@@ -111,4 +111,35 @@ pub struct SimArguments {
     /// Folder to search for included files; may be given several times
     #[arg(short = 'I', value_name = "DIR")]
     pub(super) include: Vec<PathBuf>,
+}
+
+impl SimArguments {
+    /// Returns the arguments for the runs of a sweep: a scenario, folders of included files and `--seed`.
+    pub(super) fn of_sweep(scenario: PathBuf, include: Vec<PathBuf>, seed: Option<u32>) -> Self {
+        SimArguments {
+            scenario,
+            robot: None,
+            count: None,
+            seed,
+            #[cfg(feature = "view")]
+            view: false,
+            #[cfg(feature = "view")]
+            read_only: false,
+            #[cfg(feature = "view")]
+            no_browser: false,
+            headless: false,
+            json: false,
+            checks: false,
+            record: None,
+            svg: None,
+            data: None,
+            runs: None,
+            set: Vec::new(),
+            threads: None,
+            emulator: None,
+            csv: None,
+            resume: false,
+            include,
+        }
+    }
 }

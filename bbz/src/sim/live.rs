@@ -17,7 +17,6 @@ use crate::report;
 use super::arguments::SimArguments;
 use super::data::SingleData;
 use super::open;
-use super::plan::ParameterPlaces;
 use super::progress::Progress;
 use super::recorder::Recorder;
 use super::{checks, doors, summary};
@@ -27,7 +26,7 @@ pub const PATIENCE: Duration = Duration::from_millis(200);
 
 /// Runs a scenario once.
 pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<dyn Problem>> {
-    let Some(opened) = open::open(arguments, set, &ParameterPlaces::default())? else {
+    let Some(opened) = open::open(arguments, set)? else {
         return Ok(ExitStatus::CompileError);
     };
     let Some(mut setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };

@@ -6,15 +6,20 @@ mod checks;
 mod data;
 pub mod desk;
 mod doors;
+mod experiment;
 mod journal;
 mod live;
 mod open;
 mod plan;
+mod programs;
 mod progress;
 mod recorder;
+mod runs;
 mod source;
 mod stops;
+mod study;
 pub mod summary;
+pub mod sweep;
 mod table;
 #[cfg(feature = "view")]
 mod unsaved;
@@ -22,6 +27,9 @@ mod unsaved;
 mod values;
 #[cfg(feature = "view")]
 mod view;
+mod work;
+
+use bittybuzz_arena::sweep::Axis;
 
 use crate::exit::ExitStatus;
 use crate::problem::Problem;
@@ -56,9 +64,7 @@ impl Problem for OptionsError {
 /// Carries out the command.
 pub fn execute(arguments: &SimArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let axes = plan::axes(&arguments.set)?;
-    if arguments.seed.is_some() && axes.iter().flat_map(|axis| &axis.keys).any(|key| key == SEED) {
-        return Err(OptionsError::TwoSeeds.into());
-    }
+    check_seed(arguments, &axes)?;
     let is_single = axes.iter().all(|axis| axis.rows.len() == 1);
     let only = plan::first_settings(&axes);
     match is_single {
@@ -69,5 +75,14 @@ pub fn execute(arguments: &SimArguments) -> Result<ExitStatus, Box<dyn Problem>>
         _ if arguments.view => Err(OptionsError::ViewOfMany.into()),
         _ if arguments.checks => Err(OptionsError::ChecksOfMany.into()),
         _ => batch::run(arguments, axes),
+    }
+}
+
+/// Refuses a seed that two options give.
+fn check_seed(arguments: &SimArguments, axes: &[Axis]) -> Result<(), OptionsError> {
+    let mut keys = axes.iter().flat_map(|axis| &axis.keys);
+    match arguments.seed.is_some() && keys.any(|key| key == SEED) {
+        true => Err(OptionsError::TwoSeeds),
+        false => Ok(()),
     }
 }

@@ -3,22 +3,23 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use bittybuzz_arena::robot::RobotModel;
+use bittybuzz_arena::robot::{ProgramId, RobotModel};
 use bittybuzz_arena::run;
 use bittybuzz_arena::scenario::{Scenario, ScenarioError};
 use bittybuzz_compiler::refusal;
-use bittybuzz_live::programs;
+use bittybuzz_toml_reader::Place;
+use bittybuzz_vm_core::ImageError;
 
 use crate::emulator;
 use crate::messages;
 use crate::problem::Problem;
 use crate::program::LoadedProgram;
 use crate::report;
-use crate::selection::RobotChoice;
 use crate::whole_file::Inputs;
 
 use super::arguments::SimArguments;
 use super::plan::ParameterPlaces;
+use super::programs::{Programs, SharedProgram};
 use super::source::{self, ScenarioText};
 
 /// `--emulator` names one program, but the robots need several.
@@ -49,44 +50,68 @@ pub struct Opened {
     emulators: Vec<(&'static str, PathBuf)>,
 }
 
-/// Reads a scenario with settings, and compiles its scripts. Prints mistakes, those in settings at
-/// `places`, and returns `None` if there are any.
-pub fn open(
+/// A reason why a scenario with some settings cannot be run.
+pub enum Unopened {
+    /// Its mistakes.
+    Scenario(Vec<ScenarioError>),
+    /// Mistakes of a script, which were printed.
+    Script,
+    /// A script that the machine refuses.
+    Refused(Refusal),
+    Problem(Box<dyn Problem>),
+}
+
+impl<P: Into<Box<dyn Problem>>> From<P> for Unopened {
+    fn from(problem: P) -> Self {
+        Unopened::Problem(problem.into())
+    }
+}
+
+impl Unopened {
+    /// Prints the mistakes. The result is a problem with the command line or the files.
+    pub fn print(self) -> Result<(), Box<dyn Problem>> {
+        match self {
+            Unopened::Scenario(errors) => print(&errors),
+            Unopened::Script => {}
+            Unopened::Refused(refusal) => refusal.print(),
+            Unopened::Problem(problem) => return Err(problem),
+        }
+        Ok(())
+    }
+}
+
+/// Reads a scenario with settings, and compiles its scripts. Prints mistakes, and returns `None` if there
+/// are any.
+pub fn open(arguments: &SimArguments, set: &[String]) -> Result<Option<Opened>, Box<dyn Problem>> {
+    let text = source::read(arguments)?;
+    let (places, programs) = (ParameterPlaces::default(), Programs::default());
+    match open_text(arguments, &text, set, &places, &programs) {
+        Ok(opened) => {
+            opened.print_warnings(&text.text);
+            Ok(Some(opened))
+        }
+        Err(unopened) => unopened.print().map(|()| None),
+    }
+}
+
+/// Parses the text of a scenario with settings, and compiles its scripts or finds them in `programs`.
+/// Mistakes in settings are those of their `places`.
+pub fn open_text(
     arguments: &SimArguments,
+    ScenarioText { path, text }: &ScenarioText,
     set: &[String],
     places: &ParameterPlaces,
-) -> Result<Option<Opened>, Box<dyn Problem>> {
-    let SimArguments { include, .. } = arguments;
-    let ScenarioText { path, text } = source::read(arguments)?;
-    let folder = path.parent().expect("a path of a file that was read has a name");
-    let scenario = match Scenario::parse(
-        &text,
-        &path.to_string_lossy(),
-        folder,
-        set,
-        &bittybuzz_robot_models::all(),
-    ) {
-        Ok(scenario) => scenario,
-        Err(errors) => {
-            print(&places.locate(errors));
-            return Ok(None);
-        }
-    };
-    for warning in bittybuzz_live::scenario_warnings(&text, &path.to_string_lossy(), &scenario) {
-        report::doubt(&warning.message, &warning.place, warning.help);
-    }
+    programs: &Programs,
+) -> Result<Opened, Unopened> {
+    let scenario = source::parse(path, text, set);
+    let scenario = scenario.map_err(|errors| Unopened::Scenario(places.locate(errors)))?;
     // The mistakes of a script that many groups share are printed once.
-    let programs = programs(&scenario, |group, script| -> Result<_, Box<dyn Problem>> {
-        let program = match script {
-            Some(script) => LoadedProgram::open(script, include, &RobotChoice::of_group(group))?,
-            None => Some(LoadedProgram::empty(group)),
-        };
-        Ok(program.map(shared))
+    let programs = bittybuzz_live::programs(&scenario, |group, script| {
+        programs.get(script, group, &arguments.include)
     })?;
-    let Some(programs) = programs.into_iter().collect::<Option<Vec<SharedProgram>>>() else {
-        return Ok(None);
-    };
-    let (programs, images): (Vec<_>, Vec<_>) = programs.into_iter().unzip();
+    let programs: Option<Vec<SharedProgram>> = programs.into_iter().collect();
+    let (programs, images): (Vec<_>, Vec<_>) =
+        programs.ok_or(Unopened::Script)?.into_iter().unzip();
     let images = images.into();
     let models = run::emulated(&scenario);
     if arguments.emulator.is_some() && models.len() > 1 {
@@ -98,41 +123,36 @@ pub fn open(
         (model.name(), emulator::program(named, emulation.program()))
     };
     let emulators = models.iter().map(program).collect();
-    Ok(Some(Opened {
-        path,
+    Ok(Opened {
+        path: path.clone(),
         #[cfg(feature = "view")]
-        text,
+        text: text.clone(),
         scenario: Arc::new(scenario),
         programs,
         images,
         places: places.clone(),
         emulators,
-    }))
-}
-
-/// A program of this tool, and the same program for the simulator.
-type SharedProgram = (Arc<LoadedProgram>, run::Program);
-
-fn shared(program: LoadedProgram) -> SharedProgram {
-    let LoadedProgram { image, symbols, sources, .. } = &program;
-    let sources = sources.clone().unwrap_or_default();
-    let image = run::Program::new(image.clone(), symbols.clone(), sources);
-    (Arc::new(program), image)
+    })
 }
 
 impl Opened {
     /// Returns the files that were read, and those that are read when robots are emulated.
     pub fn inputs(&self) -> Inputs {
         let mut inputs = Inputs::default();
+        self.add_inputs(&mut inputs);
+        inputs
+    }
+
+    /// Adds the files that were read, and those that are read when robots are emulated.
+    pub fn add_inputs(&self, inputs: &mut Inputs) {
         inputs.add(&self.path);
         for ((group, script), program) in self.scenario.programs().zip(&self.programs) {
-            script.into_iter().for_each(|script| program.add_inputs(script, &mut inputs));
+            script.into_iter().for_each(|script| program.add_inputs(script, inputs));
             group.robot_file.iter().for_each(|file| inputs.add(file));
             group.backend.firmware().into_iter().for_each(|image| inputs.add(image));
         }
         let bridge = self.scenario.bridge.iter().filter_map(|bridge| bridge.image.as_ref());
         bridge.for_each(|image| inputs.add(image));
-        inputs
     }
 
     /// Returns a line per long message of each group of robots, with its share of the air.
@@ -152,26 +172,61 @@ impl Opened {
         self.emulators.iter().map(|(_, program)| program.as_path())
     }
 
+    /// Prints what the scenario says in vain.
+    pub fn print_warnings(&self, text: &str) {
+        let path = self.path.to_string_lossy();
+        for warning in bittybuzz_live::scenario_warnings(text, &path, &self.scenario) {
+            report::doubt(&warning.message, &warning.place, warning.help);
+        }
+    }
+
     /// Returns the data that all runs share. Prints mistakes, and returns `None` if there are any.
     pub fn setup(&self) -> Option<run::Setup> {
-        match run::Setup::new(self.scenario.clone(), self.images.clone()) {
-            Ok(setup) => {
-                let named = self.emulators.iter().cloned();
-                Some(named.fold(setup, |setup, (model, path)| setup.emulated_by(model, path)))
-            }
+        match self.try_setup() {
+            Ok(setup) => Some(setup),
             Err(run::SetupError::Scenario(errors)) => {
-                print(&self.places.locate(errors));
+                print(&errors);
                 None
             }
             Err(run::SetupError::Refused { program, cause }) => {
-                let refused = self.scenario.programs().nth(program.0);
-                let (group, script) = refused.expect("the setup has the programs of the scenario");
-                let script = script.expect("the machine accepts a program without a script");
-                let message = format!("`{}` {}", script.display(), refusal::sentence(&cause));
-                report::mistake(&message, Some(&group.place), None);
+                self.refusal(program, &cause).print();
                 None
             }
         }
+    }
+
+    /// Returns the message about an image that the machine refuses.
+    pub fn refusal(&self, program: ProgramId, cause: &ImageError) -> Refusal {
+        let refused = self.scenario.programs().nth(program.0);
+        let (group, script) = refused.expect("the setup has the programs of the scenario");
+        let script = script.expect("the machine accepts a program without a script");
+        let message = format!("`{}` {}", script.display(), refusal::sentence(cause));
+        Refusal { message, place: group.place.clone() }
+    }
+
+    /// Returns the data that all runs share. Mistakes in settings are those of their places.
+    pub fn try_setup(&self) -> Result<run::Setup, run::SetupError> {
+        let setup = run::Setup::new(self.scenario.clone(), self.images.clone());
+        let setup = setup.map_err(|error| match error {
+            run::SetupError::Scenario(errors) => {
+                run::SetupError::Scenario(self.places.locate(errors))
+            }
+            refused => refused,
+        })?;
+        let named = self.emulators.iter().cloned();
+        Ok(named.fold(setup, |setup, (model, path)| setup.emulated_by(model, path)))
+    }
+}
+
+/// A message about a script that the machine refuses, and the place of its group.
+pub struct Refusal {
+    message: String,
+    place: Place,
+}
+
+impl Refusal {
+    fn print(self) {
+        report::mistake(&self.message, Some(&self.place), None);
     }
 }
 

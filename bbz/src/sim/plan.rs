@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use bittybuzz_arena::output::metrics;
-use bittybuzz_arena::scenario::{OWN_COLUMNS, SET, Scenario, ScenarioError};
+use bittybuzz_arena::scenario::{OWN_COLUMNS, SET, ScenarioError};
 use bittybuzz_arena::sweep::{
     Axis, Chance, KeyNames, Parameter, Plan, SetError, TooManyRuns, count_points, cross, parse_set,
 };
@@ -11,13 +11,12 @@ use bittybuzz_toml_reader::Place;
 
 use crate::problem::Problem;
 
-use super::arguments::SimArguments;
-use super::open;
+use super::open::Unopened;
 use super::source::{self, ScenarioText};
 
-/// The most runs of one command. Their results, about a kilobyte each, are kept until the last run
-/// ends.
-pub const RUNS_MAX: u32 = 1_000_000;
+/// The most runs of one command. Those of `bbz sim` keep their results, about a kilobyte each, until the
+/// last run ends.
+pub const RUNS_MAX: u32 = bittybuzz_chunks::RUNS_MAX;
 
 /// A reason why options and scenario give no runs.
 #[derive(Debug, thiserror::Error)]
@@ -89,25 +88,16 @@ pub fn first_settings(axes: &[Axis]) -> Vec<String> {
     axes.iter().flat_map(of_axis).collect()
 }
 
-/// Returns the plan of a batch. Prints mistakes of the scenario, and returns `None` if there are any.
+/// Returns the plan of a batch. `runs` is the number of runs of each point, if the command line has one.
 pub fn plan(
-    arguments: &SimArguments,
+    ScenarioText { path, text }: &ScenarioText,
+    runs: Option<u32>,
     axes: Vec<Axis>,
-) -> Result<Option<(Plan, ParameterPlaces)>, Box<dyn Problem>> {
+) -> Result<(Plan, ParameterPlaces), Unopened> {
     // Before anything is prepared for them.
-    count_points(&axes, arguments.runs.unwrap_or(1), RUNS_MAX as usize).map_err(PlanError::from)?;
-    let ScenarioText { path, text } = source::read(arguments)?;
-    let folder = path.parent().expect("a path of a file that was read has a name");
-    let (settings, models) = (first_settings(&axes), bittybuzz_robot_models::all());
-    let read = Scenario::parse(&text, &path.to_string_lossy(), folder, &settings, &models);
-    let scenario = match read {
-        Ok(scenario) => scenario,
-        Err(errors) => {
-            open::print(&errors);
-            return Ok(None);
-        }
-    };
-    let names = KeyNames::of(&text);
+    count_points(&axes, runs.unwrap_or(1), RUNS_MAX as usize).map_err(PlanError::from)?;
+    let scenario = source::parse(path, text, &first_settings(&axes)).map_err(Unopened::Scenario)?;
+    let names = KeyNames::of(text);
     let indexed = |key: &str| names.indexed(key).unwrap_or_else(|_| key.to_owned());
     let set: Vec<String> =
         axes.iter().flat_map(|axis| &axis.keys).map(|key| indexed(key)).collect();
@@ -121,7 +111,7 @@ pub fn plan(
         return Err(PlanError::VariedTwice { key: key.clone(), line }.into());
     }
     let places = varied.map(|(key, parameter)| (key.clone(), parameter.place.clone())).collect();
-    let replicates = arguments.runs.or(sweep.and_then(|sweep| sweep.seeds)).unwrap_or(1);
+    let replicates = runs.or(sweep.and_then(|sweep| sweep.seeds)).unwrap_or(1);
     let chance = sweep.map_or(Chance::Common, |sweep| sweep.chance);
     let of_sweep = sweep.map_or_else(Vec::new, |sweep| sweep.axes.clone());
     let axes: Vec<Axis> = of_sweep.into_iter().chain(axes).collect();
@@ -139,5 +129,5 @@ pub fn plan(
         place: sweep.and_then(|sweep| Some(sweep.parameters.get(*key)?.place.clone())),
     });
     let parameters = parameters.collect();
-    Ok(Some((Plan { parameters, points, replicates, chance }, ParameterPlaces(places))))
+    Ok((Plan { parameters, points, replicates, chance }, ParameterPlaces(places)))
 }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use bittybuzz_arena::scenario::{Scenario, ScenarioError};
 use bittybuzz_robot_files::find;
 use bittybuzz_toml_reader::file;
 
@@ -61,6 +62,12 @@ pub fn read(arguments: &SimArguments) -> Result<ScenarioText, Box<dyn Problem>> 
             Ok(ScenarioText { path: path.to_owned(), text })
         }
     }
+}
+
+/// Parses the text of a scenario with settings.
+pub fn parse(path: &Path, text: &str, set: &[String]) -> Result<Scenario, Vec<ScenarioError>> {
+    let folder = path.parent().expect("a path of a file that was read has a name");
+    Scenario::parse(text, &path.to_string_lossy(), folder, set, &bittybuzz_robot_models::all())
 }
 
 fn is_script(path: &Path) -> bool {

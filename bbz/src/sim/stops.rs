@@ -13,17 +13,18 @@ use crate::report;
 use crate::world;
 
 use super::arguments::{SEED, SimArguments};
-use super::batch::{BatchRun, Ends, RunFailure};
+use super::runs::Runs;
+use super::work::{Ends, RunFailure};
 
 /// Prints each cause of failed runs once, with the first run that it ended.
-pub fn print_failures(arguments: &SimArguments, runs: &[BatchRun], ends: &Ends) {
-    let mut printed: Vec<(String, &RunFailure, &BatchRun, usize)> = Vec::new();
+pub fn print_failures(runs: &Runs, arguments: &SimArguments, ends: &Ends) {
+    let mut printed: Vec<(String, &RunFailure, usize, usize)> = Vec::new();
     let failures = ends.iter().filter_map(|(number, end)| Some((number, end.as_ref().err()?)));
     for (number, error) in failures {
         let text = error.to_string();
         match printed.iter_mut().find(|(known, ..)| *known == text) {
             Some((.., others)) => *others += 1,
-            None => printed.push((text, error, &runs[*number], 0)),
+            None => printed.push((text, error, *number, 0)),
         }
     }
     for (text, error, run, others) in printed {
@@ -32,14 +33,16 @@ pub fn print_failures(arguments: &SimArguments, runs: &[BatchRun], ends: &Ends) 
             1 => " (and another run)".to_owned(),
             others => format!(" (and {others} other runs)"),
         };
-        let message = format!("the run with seed {}{others} has ended: {text}", run.seed);
+        let message = format!("the run with seed {}{others} has ended: {text}", runs.seed(run));
         match error {
             RunFailure::Run(RunError::Scenario(error)) => {
                 report::mistake(&message, error.place.as_deref(), error.help());
             }
-            RunFailure::Run(RunError::Firmware(_)) => report::mistake(&message, None, None),
+            RunFailure::Run(RunError::Firmware(_)) | RunFailure::Before(_) => {
+                report::mistake(&message, None, None);
+            }
             RunFailure::Defect(_) => {
-                let advice = Defect::advice(&command(arguments, run));
+                let advice = Defect::advice(&command(runs, arguments, run));
                 report::mistake(&message, None, Some(advice));
             }
         }
@@ -47,7 +50,7 @@ pub fn print_failures(arguments: &SimArguments, runs: &[BatchRun], ends: &Ends) 
 }
 
 /// Returns the command that simulates only this run.
-fn command(arguments: &SimArguments, run: &BatchRun) -> String {
+fn command(runs: &Runs, arguments: &SimArguments, run: usize) -> String {
     let mut words = vec![OsString::from("sim"), arguments.scenario.clone().into()];
     let mut add =
         |option: &str, value: &OsStr| words.extend([OsString::from(option), value.to_owned()]);
@@ -57,9 +60,12 @@ fn command(arguments: &SimArguments, run: &BatchRun) -> String {
         add("--count", OsStr::new(&count.to_string()));
     }
     let is_seed = |setting: &&String| setting.split('=').next() == Some(SEED);
-    let settings = run.variant.settings.iter().filter(|setting| !is_seed(setting));
-    settings.for_each(|setting| add("--set", OsStr::new(setting)));
-    add("--seed", OsStr::new(&run.seed.to_string()));
+    let settings = runs.settings(runs.point_of(run));
+    settings
+        .iter()
+        .filter(|setting| !is_seed(setting))
+        .for_each(|setting| add("--set", OsStr::new(setting)));
+    add("--seed", OsStr::new(&runs.seed(run).to_string()));
     arguments.include.iter().for_each(|folder| add("-I", folder.as_os_str()));
     if let Some(program) = &arguments.emulator {
         add("--emulator", program.as_os_str());
@@ -87,7 +93,9 @@ pub fn print_interrupt([finished, total]: [usize; 2], folder: Option<&Path>) {
 mod tests {
     use clap::Parser;
 
-    use super::super::batch::tests::{CommandLine, SCENARIO, variant};
+    use super::super::batch::tests::{CommandLine, SCENARIO};
+    use super::super::plan;
+    use super::super::study::Study;
     use super::*;
 
     #[test]
@@ -97,12 +105,13 @@ mod tests {
         std::fs::write(&scenario, SCENARIO).unwrap();
         std::fs::write(folder.path().join("s.bzz"), "").unwrap();
         let path = scenario.display().to_string();
-        let line = ["sim", &path, "-I", "my scripts", "--runs", "9", "--csv", "runs.csv"];
-        let arguments = CommandLine::parse_from(line).sim;
-        let settings = ["world.duration=2".to_owned(), "world.seed=5".to_owned()];
-        let variant = variant(&arguments, &settings);
+        let set = ["--set", "world.duration=2", "--set", "world.seed=4,5"];
+        let line = ["sim", &path, "-I", "my scripts", "--runs", "3", "--csv", "runs.csv"];
+        let arguments = CommandLine::parse_from(line.into_iter().chain(set)).sim;
+        let axes = plan::axes(&arguments.set).unwrap();
+        let study = Study::open(&arguments, axes).unwrap().unwrap();
         assert_eq!(
-            command(&arguments, &BatchRun { variant: &variant, seed: 7 }),
+            command(&study.runs, &arguments, 5),
             format!("bbz sim {path} --set world.duration=2 --seed 7 -I 'my scripts'")
         );
     }

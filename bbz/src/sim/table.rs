@@ -122,6 +122,7 @@ pub fn json(table: &RunTable) -> Value {
             json!({
                 "seed": row.seed,
                 "parameters": parameters.map(|(key, value)| (key, json!(value))).collect::<Map<_, _>>(),
+                "digest": row.digest.map(|digest| format!("{digest:016x}")),
                 "error": row.error,
                 "metrics": metrics.map(|(key, value)| (key, json!(value))).collect::<Map<_, _>>(),
             })
@@ -141,6 +142,7 @@ mod tests {
             seed: 1,
             parameters: Arc::default(),
             metrics: vec![Some(1.0), *value],
+            digest: None,
             error: None,
         });
         let rows: Vec<RunRow> = rows.collect();

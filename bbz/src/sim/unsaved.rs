@@ -143,7 +143,7 @@ fn read(path: &Path) -> Option<KeptText> {
 /// Returns the beginning of the names of files with texts of a file.
 fn prefix(file: &Path) -> String {
     // 64 bits are enough: only this user writes into the folder.
-    let hash = sha256(&canonical(file).to_string_lossy());
+    let hash = sha256(&*canonical(file).to_string_lossy());
     format!("{}-", &hash[..16])
 }
 

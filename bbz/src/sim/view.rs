@@ -11,7 +11,6 @@ use crate::view;
 
 use super::arguments::{SEED, SimArguments};
 use super::desk::Desk;
-use super::plan::ParameterPlaces;
 use super::unsaved::UnsavedFiles;
 use super::{doors, open, values};
 
@@ -31,7 +30,7 @@ const COPIES: usize = 32;
 
 /// Shows a scenario until the page is closed, or Ctrl-C.
 pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<dyn Problem>> {
-    let Some(opened) = open::open(arguments, set, &ParameterPlaces::default())? else {
+    let Some(opened) = open::open(arguments, set)? else {
         return Ok(ExitStatus::CompileError);
     };
     let Some(setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };

@@ -94,7 +94,7 @@ fn without_waiting(options: &mut OpenOptions) {
 fn without_waiting(_: &mut OpenOptions) {}
 
 /// Files held in memory. A file without content exists but cannot be read.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct MemoryFiles {
     files: BTreeMap<PathBuf, Option<Vec<u8>>>,
 }

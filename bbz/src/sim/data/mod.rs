@@ -42,6 +42,11 @@ pub struct RunTables {
 }
 
 impl RunTables {
+    /// Returns the digest of the world at the end of the run, or `None` before.
+    pub fn digest(&self) -> Option<u64> {
+        self.digest
+    }
+
     /// Returns the tables of the run with that number, without rows.
     pub fn new(run: u32, setup: &Setup) -> Self {
         let data = &setup.scenario.output.data;
