@@ -27,6 +27,7 @@ from ._errors import (
     ScenarioError,
     ScriptError,
 )
+from ._sweep import sweep
 
 __all__ = [
     "Busy",
@@ -49,4 +50,5 @@ __all__ = [
     "check",
     "compile",
     "run",
+    "sweep",
 ]

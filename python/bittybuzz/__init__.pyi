@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, final
 import numpy as np
 import numpy.typing as npt
 
+from ._sweep import sweep
+
 if TYPE_CHECKING:
     from .notebook import View
 
@@ -32,6 +34,7 @@ __all__ = [
     "check",
     "compile",
     "run",
+    "sweep",
 ]
 
 _Path = str | PathLike[str]
