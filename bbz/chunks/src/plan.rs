@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 pub struct Experiment {
     /// The version of the program, with a hash of its sources.
     pub program: String,
-    /// A hash of the scenario without what a plan says: comments and the list of points.
+    /// A hash of the scenario without its comments and without the list of points, which the plan has.
     pub scenario: String,
     /// Other options that decide the rows, by their names.
     pub options: BTreeMap<String, String>,

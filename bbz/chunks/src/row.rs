@@ -109,7 +109,7 @@ impl Row {
         serde_json::to_string(&line).expect("strings and numbers are valid JSON")
     }
 
-    /// Parses a line, which must have so many metrics.
+    /// Parses a line with this number of metrics.
     pub(crate) fn parse(line: &str, metrics_count: usize) -> Option<Row> {
         let Line { settings, seed, metrics, digest, error } = serde_json::from_str(line).ok()?;
         let outcome = match (metrics, digest, error) {

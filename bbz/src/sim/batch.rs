@@ -61,7 +61,7 @@ impl Problem for BatchError {
     }
 }
 
-/// Calls `work` with so many threads, or with one for each core.
+/// Calls `work` with a number of threads, or with one for each core.
 pub fn with_threads<T: Send>(
     threads: Option<usize>,
     work: impl FnOnce() -> T + Send,

@@ -52,7 +52,7 @@ const LOCK: &str = "lock";
 /// more files.
 const CHUNKS_MAX: usize = 1000;
 
-/// Returns the runs of a chunk for a batch of so many runs.
+/// Returns the number of runs of a chunk, for a batch with this number of runs.
 pub fn chunk(runs: usize) -> u32 {
     runs.div_ceil(CHUNKS_MAX).max(1) as u32
 }

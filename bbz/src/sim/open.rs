@@ -172,7 +172,7 @@ impl Opened {
         self.emulators.iter().map(|(_, program)| program.as_path())
     }
 
-    /// Prints what the scenario says in vain.
+    /// Prints the warnings about parts of the scenario that change nothing.
     pub fn print_warnings(&self, text: &str) {
         let path = self.path.to_string_lossy();
         for warning in bittybuzz_live::scenario_warnings(text, &path, &self.scenario) {

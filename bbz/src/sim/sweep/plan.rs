@@ -120,7 +120,7 @@ pub fn execute(arguments: &PlanArguments) -> Result<ExitStatus, Box<dyn Problem>
     Ok(ExitStatus::Success)
 }
 
-/// Measures the first run, and returns the runs that take so many seconds.
+/// Measures the first run, and returns the number of runs that take this time.
 fn measured_chunk(study: &Study, seconds: f64) -> u32 {
     let start = Instant::now();
     // A run that fails takes a time, too, and is a row later.
