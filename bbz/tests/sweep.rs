@@ -236,6 +236,14 @@ fn what_does_not_belong_together_is_refused() {
     }
     folder.bbz(&["sweep", "run", "."]).fails_with(3, &["`.` has no plan", "bbz sweep plan"]);
     folder.bbz(&["sweep", "run", "nowhere"]).fails_with(3, &["`nowhere` has no plan"]);
+    folder.bbz(&["sweep", "run", "s.toml"]).fails_with(3, &["`s.toml` has no plan"]);
+    folder
+        .bbz(&["sweep", "plan", "s.bzz"])
+        .fails_with(3, &["`s.bzz` is a script", "needs a scenario"]);
+    for table in ["s.sweep/plan.json", "./s.sweep/../s.sweep/runs.csv"] {
+        let merge = ["sweep", "merge", "s.sweep", "--partial", "-o", table];
+        folder.bbz(&merge).fails_with(3, &["is in the folder of the sweep", "outside"]);
+    }
     folder.bbz(&["sweep", "plan", "nothing.toml"]).fails_with(3, &["nothing.toml`"]);
     let elsewhere = ["sweep", "plan", "s.toml", "--folder", "."];
     folder.bbz(&elsewhere).fails_with(3, &["holds other files", "--folder"]);

@@ -70,7 +70,8 @@ pub fn parse(path: &Path, text: &str, set: &[String]) -> Result<Scenario, Vec<Sc
     Scenario::parse(text, &path.to_string_lossy(), folder, set, &bittybuzz_robot_models::all())
 }
 
-fn is_script(path: &Path) -> bool {
+/// Returns true for a script or image, by its name.
+pub fn is_script(path: &Path) -> bool {
     path.extension().is_some_and(|kind| ["bzz", "bo", "bbi"].iter().any(|script| kind == *script))
 }
 

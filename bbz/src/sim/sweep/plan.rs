@@ -17,6 +17,7 @@ use crate::problem::Problem;
 
 use super::super::arguments::SimArguments;
 use super::super::plan::{self, RUNS_MAX};
+use super::super::source;
 use super::super::study::Study;
 use super::super::{check_seed, experiment};
 
@@ -29,6 +30,9 @@ const CHUNK_SECONDS: f64 = 10.0;
 enum PlanError {
     #[error("`{0}` holds other files than a sweep's")]
     OtherFiles(PathBuf),
+    /// A script, which says nothing of robots and world.
+    #[error("`{0}` is a script, and a sweep needs a scenario")]
+    Script(PathBuf),
     /// A scenario whose name does not name a folder.
     #[error("`{0}` gives the folder of the sweep no name")]
     NoName(PathBuf),
@@ -36,7 +40,13 @@ enum PlanError {
 
 impl Problem for PlanError {
     fn help(&self) -> Option<String> {
-        Some("name a new folder with --folder".to_owned())
+        Some(match self {
+            PlanError::Script(_) => {
+                "`bbz new FOLDER --robot NAME` makes one, and docs/scenario.md describes them"
+                    .to_owned()
+            }
+            _ => "name a new folder with --folder".to_owned(),
+        })
     }
 }
 
@@ -82,6 +92,9 @@ pub fn execute(arguments: &PlanArguments) -> Result<ExitStatus, Box<dyn Problem>
         arguments.seed,
     );
     (sim.runs, sim.set) = (arguments.runs, arguments.set.clone());
+    if source::is_script(&sim.scenario) {
+        return Err(PlanError::Script(sim.scenario).into());
+    }
     let axes = plan::axes(&sim.set)?;
     check_seed(&sim, &axes)?;
     let Some(study) = Study::open(&sim, axes)? else { return Ok(ExitStatus::CompileError) };
