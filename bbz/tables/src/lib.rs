@@ -1,7 +1,7 @@
 //! Tables of numbers and texts, in the two forms that other programs read without options: Parquet and CSV.
 //!
 //! A [`Schema`] names the columns, each with a kind and, for numbers, a unit. A [`TableWriter`] takes a
-//! [`Block`] of rows at a time.
+//! [`Block`] of rows at a time, and a [`TableReader`] gives back some columns of a file, piece by piece.
 //!
 //! # Principles
 //! * **Integers of small units.** A pose in tenths of a millimeter takes half of the bytes of a floating-point
@@ -9,6 +9,7 @@
 //!   differences take less than values: sort a block by the robot first.
 //! * **One file is one table.** A file is complete only when [`TableWriter::finish`] has returned; a program that is
 //!   killed before leaves a Parquet file that nobody can read, and a CSV file that ends early.
+//! * **Files may come from others.** A damaged file is an error, or a panic of the library for Parquet that the caller stops.
 //! * **The same rows give the same bytes.** Files contain neither times nor names of computers.
 //!
 //! # Cost
@@ -16,14 +17,19 @@
 //! are poses in tenths. The crate `parquet` without Arrow adds 1.7 MB to a program.
 //!
 //! # What it will not do
-//! It reads no tables, and it has no nested columns, dates and 64-bit integers.
+//! It has no nested columns and no dates, it writes no 64-bit integers, and it reads no compression other than
+//! Snappy.
 
 mod block;
 mod csv;
+mod csv_reader;
 mod parquet;
+mod parquet_reader;
+mod reader;
 mod schema;
 mod writer;
 
 pub use block::{Block, BlockError, Cells};
+pub use reader::{Pieces, TableReadError, TableReader, Values, Wanted};
 pub use schema::{Column, Kind, Schema, SchemaError};
 pub use writer::{Form, TableError, TableWriter};
