@@ -25,6 +25,7 @@ mod digest;
 mod events;
 mod expectations;
 mod faults;
+mod figures;
 mod flight_fidelity;
 mod flight_surroundings;
 mod globals;

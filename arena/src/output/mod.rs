@@ -1,7 +1,9 @@
 //! The output of runs: recordings, pictures, tables.
 
+mod axes;
 mod backdrop;
 mod chart;
+mod figure;
 mod history;
 pub mod metrics;
 mod movie;
@@ -12,6 +14,7 @@ mod table;
 mod trajectories;
 
 pub use chart::chart;
+pub use figure::{CURVES_MAX, CurvePoint, Figure, Panel};
 pub use history::History;
 pub use movie::Movie;
 pub use table::{RunRow, RunTable, csv_line};

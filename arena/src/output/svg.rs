@@ -32,11 +32,7 @@ impl Svg {
 
     /// Adds a line through points, in a color.
     pub fn line(&mut self, points: impl Iterator<Item = [f64; 2]>, color: &str, width: f64) {
-        let mut path = String::new();
-        for (number, [x, y]) in points.enumerate() {
-            let letter = if number == 0 { "M" } else { "L" };
-            write!(path, "{letter}{x:.1} {y:.1}").expect(WRITTEN);
-        }
+        let path = path(points);
         if !path.is_empty() {
             self.put(format_args!(
                 "<path d=\"{path}\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\"/>\n"
@@ -49,6 +45,16 @@ impl Svg {
         self.text.push_str("</svg>\n");
         self.text
     }
+}
+
+/// Returns the commands of a path through points, which is empty without points.
+pub fn path(points: impl Iterator<Item = [f64; 2]>) -> String {
+    let mut path = String::new();
+    for (number, [x, y]) in points.enumerate() {
+        let letter = if number == 0 { "M" } else { "L" };
+        write!(path, "{letter}{x:.1} {y:.1}").expect(WRITTEN);
+    }
+    path
 }
 
 /// Returns text with escapes, for use between elements and in attributes.
