@@ -235,11 +235,11 @@ fn commands(command: &Command) -> String {
     text
 }
 
-/// Returns a line with the form of a command, and one with its purpose.
+/// Returns a line with the form of a command and its purpose.
 fn usage(command: &Command) -> String {
     let about = command.get_about().expect("each command has a comment");
     let usage = command.clone().render_usage().to_string();
-    format!("{}\n  {about}\n", usage.trim_start_matches("Usage: "))
+    format!("{}: {about}\n", usage.trim_start_matches("Usage: "))
 }
 
 /// Returns a line with the form of an argument and its help; `None` for `--help`.

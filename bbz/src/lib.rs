@@ -50,6 +50,7 @@ mod manual;
 mod messages;
 mod new;
 mod output;
+mod plot;
 mod probe_rs;
 mod problem;
 mod program;
@@ -92,6 +93,7 @@ Examples:
   bbz build hello.bzz --robot kilobot    make the image that the robot runs
   bbz sim swarm.toml                     simulate the robots of a scenario
   bbz sim hello.bzz --robot kilobot --count 20    or of a script without one
+  bbz plot study 'mean(global.hops)' -o hops.svg    draw the runs of bbz sim --runs 30 --data study
   bbz import field.argos -o field.toml   write a scenario for an experiment of ARGoS
   bbz flash hello.bzz --robot crazyflie  write it to the robot
   bbz trace robot.elf --robot crazyflie --script hello.bzz    print its log and errors
@@ -127,6 +129,8 @@ enum Command {
     View(view::ViewArguments),
     /// Convert a recording to a table for Python, R or a spreadsheet
     Export(export::ExportArguments),
+    /// Draw the tables of runs as curves with quartiles
+    Plot(plot::PlotArguments),
     /// Run the results of an assignment again
     Grade(grade::GradeArguments),
     /// Write a script to a robot, and if asked the firmware
@@ -219,6 +223,7 @@ fn execute(command: &Command) -> Result<ExitStatus, Box<dyn Problem>> {
         #[cfg(feature = "view")]
         Command::View(arguments) => view::execute(arguments),
         Command::Export(arguments) => export::execute(arguments),
+        Command::Plot(arguments) => plot::execute(arguments),
         Command::Grade(arguments) => grade::execute(arguments),
         Command::Flash(arguments) => flash::execute(arguments),
         Command::Trace(arguments) => trace::execute(arguments),

@@ -24,6 +24,7 @@ mod launch;
 mod new;
 mod object;
 mod own_robot;
+mod plot;
 mod probe;
 mod run;
 mod sim;

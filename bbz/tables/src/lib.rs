@@ -9,7 +9,8 @@
 //!   differences take less than values: sort a block by the robot first.
 //! * **One file is one table.** A file is complete only when [`TableWriter::finish`] has returned; a program that is
 //!   killed before leaves a Parquet file that nobody can read, and a CSV file that ends early.
-//! * **Files may come from others.** A damaged file is an error, or a panic of the library for Parquet that the caller stops.
+//! * **Files may come from others.** A damaged file is an error, or a panic of the library for Parquet, which
+//!   the caller stops.
 //! * **The same rows give the same bytes.** Files contain neither times nor names of computers.
 //!
 //! # Cost
