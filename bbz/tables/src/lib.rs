@@ -14,8 +14,9 @@
 //! * **The same rows give the same bytes.** Files contain neither times nor names of computers.
 //!
 //! # Cost
-//! 600,000 rows of eight columns take 0.11 s of a processor and 4.8 bytes per row as Parquet, if six of them
-//! are poses in tenths. The crate `parquet` without Arrow adds 1.7 MB to a program.
+//! 600,000 rows with run, tick, robot, x, y, heading, LED and state take 675 million instructions, about 0.08 s
+//! of a processor, and 3.3 bytes each as Parquet (`examples/cost.rs`, 2026-11-30). The crate `parquet` without
+//! Arrow adds 1.7 MB to a program.
 //!
 //! # What it will not do
 //! It has no nested columns and no dates, it writes no 64-bit integers, and it reads no compression other than

@@ -43,14 +43,18 @@ impl<W: Write + Send> ParquetFile<W> {
                     column.typed::<Int32Type>().write_batch(values, None, None)?;
                 }
                 Cells::OptionalIntegers(values) => {
-                    write::<Int32Type>(&mut column, values.iter().copied())?;
+                    write::<Int32Type, _>(&mut column, values, |value| *value)?;
                 }
                 Cells::OptionalNumbers(values) => {
-                    write::<DoubleType>(&mut column, values.iter().copied())?;
+                    write::<DoubleType, _>(&mut column, values, |value| *value)?;
                 }
                 Cells::OptionalTexts(values) => {
-                    let texts = values.iter().map(|text| text.as_deref().map(ByteArray::from));
-                    write::<ByteArrayType>(&mut column, texts)?;
+                    // Neighboring rows often have one text, such as `running`, which is copied once.
+                    let mut last: Option<(&str, ByteArray)> = None;
+                    write::<ByteArrayType, _>(&mut column, values, |text| match &last {
+                        Some((same, bytes)) if same == text => bytes.clone(),
+                        _ => last.insert((text, ByteArray::from(text.as_str()))).1.clone(),
+                    })?;
                 }
             }
             column.close()?;
@@ -65,12 +69,13 @@ impl<W: Write + Send> ParquetFile<W> {
 }
 
 /// Writes the values that are not missing, and for each row its level: 1 if it has a value.
-fn write<T: DataType>(
+fn write<'a, T: DataType, V>(
     column: &mut SerializedColumnWriter<'_>,
-    cells: impl Iterator<Item = Option<T::T>> + Clone,
+    cells: &'a [Option<V>],
+    value: impl FnMut(&'a V) -> T::T,
 ) -> Result<(), ParquetError> {
-    let levels: Vec<i16> = cells.clone().map(|cell| i16::from(cell.is_some())).collect();
-    let values: Vec<T::T> = cells.flatten().collect();
+    let levels: Vec<i16> = cells.iter().map(|cell| i16::from(cell.is_some())).collect();
+    let values: Vec<T::T> = cells.iter().flatten().map(value).collect();
     column.typed::<T>().write_batch(&values, Some(&levels), None).map(|_| ())
 }
 

@@ -38,7 +38,9 @@ impl Values {
         }
     }
 
-    pub(crate) fn len(&self) -> usize {
+    /// Returns the number of rows.
+    #[expect(clippy::len_without_is_empty, reason = "a piece has rows")]
+    pub fn len(&self) -> usize {
         match self {
             Values::Numbers(values) => values.len(),
             Values::Texts(values) => values.len(),
@@ -66,7 +68,12 @@ impl Values {
                     text: text.to_owned(),
                 })?,
             }),
-            Values::Texts(values) => values.push(text.map(str::to_owned)),
+            Values::Texts(values) => match text.map(str::len) {
+                Some(bytes) if bytes > TEXT_BYTES_MAX => {
+                    return Err(TableReadError::LongText { column: column.to_owned(), bytes });
+                }
+                _ => values.push(text.map(str::to_owned)),
+            },
         }
         Ok(())
     }
@@ -101,6 +108,9 @@ pub enum TableReadError {
     /// A text where a number is needed.
     #[error("column `{column}` has the text `{}`", .text.chars().take(TEXT_MAX).collect::<String>())]
     Text { column: String, text: String },
+    /// A text that may be repeated in many rows of a small file.
+    #[error("column `{column}` has a text of {bytes} bytes, more than {TEXT_BYTES_MAX}")]
+    LongText { column: String, bytes: usize },
     /// A file of CSV without a line of names.
     #[error("it has no line of names")]
     Empty,
@@ -114,6 +124,9 @@ pub enum TableReadError {
     #[error("line {line} is not a text in UTF-8")]
     NotText { line: u64 },
 }
+
+/// The most bytes of a text.
+const TEXT_BYTES_MAX: usize = 1 << 12;
 
 /// The most characters of a text in a message.
 const TEXT_MAX: usize = 40;

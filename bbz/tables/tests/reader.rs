@@ -147,6 +147,9 @@ fn texts_are_no_numbers() {
         assert!(found[0] == 12.5 && found[1].is_nan() && found.len() == 2);
         let error = read(&written(form, &[text("running")]), form, &[(3, Wanted::Numbers)]);
         assert_eq!(error.unwrap_err().to_string(), "column `state` has the text `running`");
+        let long = written(form, &[text(&"a".repeat(5000))]);
+        let error = read(&long, form, &[(3, Wanted::Texts)]).unwrap_err();
+        assert!(error.to_string().contains("has a text of 5000 bytes"), "{error}");
     }
 }
 
