@@ -3,11 +3,11 @@
 use super::axes::{self, Axes};
 use super::svg::{Svg, escape, path};
 
-/// The largest number of curves that a reader tells apart, by color and dashes.
+/// The largest number of curves that a reader can distinguish, by color and dashes.
 pub const CURVES_MAX: usize = COLORS.len() * 2;
 
-/// The colors of Okabe and Ito (Color Universal Design, 2008) for dark lines, which people with any
-/// color vision tell apart. Their yellow is too light for a line on white.
+/// The colors of Okabe and Ito (Color Universal Design, 2008) for dark lines, which differ for people
+/// with any color vision. Their yellow is too light for a line on white.
 const COLORS: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#e69f00", "#56b4e9"];
 
@@ -46,7 +46,7 @@ const NAME_MAX: usize = 40;
 pub struct Figure {
     /// Name of the horizontal axis, which all panels have.
     pub x_label: String,
-    /// Name of the parameter that tells the curves apart; `None` for a single curve.
+    /// Name of the parameter by which the curves differ; `None` for a single curve.
     pub parameter: Option<String>,
     /// Names of the curves, which each panel has in this order; at most [`CURVES_MAX`].
     pub curves: Vec<String>,
@@ -60,7 +60,7 @@ pub struct Figure {
 pub struct Panel {
     /// Name of the vertical axis.
     pub y_label: String,
-    /// Sentence over the curves that says from what the quartiles are.
+    /// Sentence over the curves that counts the robots or runs of the quartiles.
     pub caption: String,
     /// The points of each curve, from left to right.
     pub curves: Vec<Vec<CurvePoint>>,

@@ -11,12 +11,12 @@ use crate::problem::Problem;
 use crate::report;
 
 use super::files::TableFiles;
-use super::problem::{PlotError, VALUES_MAX};
+use super::problem::PlotError;
 use super::quantity::PlotQuantity;
 use super::samples::{Samples, Units, caption};
 use super::tables::{ROBOT, RUN, TICK, Tables};
 
-/// The values of a parameter, which tell the curves apart.
+/// The values of a parameter, of which each has a curve.
 struct ParameterValues {
     /// Each value once: numbers by size, texts by the alphabet.
     names: Vec<String>,
@@ -26,28 +26,38 @@ struct ParameterValues {
 
 impl ParameterValues {
     fn read(runs: &TableFiles, parameter: &str) -> Result<Self, Box<dyn Problem>> {
-        let mut values: Vec<String> = Vec::new();
+        // A value of many runs is kept once.
+        let mut places: BTreeMap<String, usize> = BTreeMap::new();
+        let mut of_rows = Vec::new();
         runs.read(&[(parameter, Wanted::Texts)], |piece| {
-            let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
-            values.extend(texts(&piece[0]).iter().map(value));
+            for value in texts(&piece[0]) {
+                let value = value.as_deref().unwrap_or("none");
+                let next = places.len();
+                of_rows.push(match places.get(value) {
+                    Some(place) => *place,
+                    None => *places.entry(value.to_owned()).or_insert(next),
+                });
+            }
             Ok(())
         })?;
-        let number = |text: &String| text.parse::<f64>().unwrap_or(f64::NAN);
-        let distinct: BTreeSet<&String> = values.iter().collect();
-        let mut names: Vec<String> = distinct.into_iter().cloned().collect();
-        names.sort_by(|one, other| number(one).total_cmp(&number(other)));
-        let place = |name: &String| names.iter().position(|known| known == name);
-        if names.len() > CURVES_MAX {
-            let parameter = parameter.to_owned();
-            return Err(PlotError::ManyCurves { parameter, count: names.len() }.into());
+        if places.len() > CURVES_MAX {
+            let (parameter, count) = (parameter.to_owned(), places.len());
+            return Err(PlotError::ManyCurves { parameter, count }.into());
         }
-        let of_rows = values.iter().filter_map(place).collect();
-        Ok(ParameterValues { names, of_rows })
+        let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
+        let mut sorted: Vec<(String, usize)> = places.into_iter().collect();
+        sorted.sort_by(|(one, _), (other, _)| number(one).total_cmp(&number(other)));
+        let mut curves = vec![0; sorted.len()];
+        for (curve, (_, place)) in sorted.iter().enumerate() {
+            curves[*place] = curve;
+        }
+        of_rows.iter_mut().for_each(|place| *place = curves[*place]);
+        Ok(ParameterValues { names: sorted.into_iter().map(|(name, _)| name).collect(), of_rows })
     }
 }
 
-/// Returns the parameters other than some, if they have several values: those by which a figure tells
-/// nothing apart.
+/// Returns the parameters with several values that a figure does not show: each curve has the runs of
+/// all these values.
 fn pooled(tables: &Tables, shown: &[Option<&str>]) -> Result<Vec<String>, Box<dyn Problem>> {
     let mut parameters = tables.parameters();
     parameters.retain(|name| !shown.contains(&Some(name.as_str())));
@@ -110,19 +120,6 @@ impl Grouping {
 /// The numbers of each curve, for each of some quantities.
 type Collected = BTreeMap<u64, Vec<Samples>>;
 
-/// Counts the numbers in memory.
-struct Counter(usize);
-
-impl Counter {
-    fn add(&mut self, count: usize, table: &TableFiles) -> Result<(), PlotError> {
-        self.0 += count;
-        match self.0 > VALUES_MAX {
-            true => Err(PlotError::ManyNumbers(table.path.clone())),
-            false => Ok(()),
-        }
-    }
-}
-
 /// Draws quantities over time.
 pub fn over_time(
     tables: &Tables,
@@ -132,7 +129,6 @@ pub fn over_time(
     let found = names.iter().map(|name| tables.quantity_over_time(name));
     let found = found.collect::<Result<Vec<_>, _>>()?;
     let grouping = Grouping::new(tables, by)?;
-    let mut counter = Counter(0);
     let mut unknown = BTreeSet::new();
     let mut collect = |is_of_robots: bool| {
         let quantities: Vec<&PlotQuantity> = found
@@ -144,7 +140,7 @@ pub fn over_time(
             true => Ok(Collected::new()),
             false => {
                 let table = tables.over_time(is_of_robots);
-                rows_over_time(tables, table, &quantities, &grouping, &mut counter, &mut unknown)
+                rows_over_time(tables, table, &quantities, &grouping, &mut unknown)
             }
         }
     };
@@ -184,7 +180,6 @@ fn rows_over_time(
     table: &TableFiles,
     quantities: &[&PlotQuantity],
     grouping: &Grouping,
-    counter: &mut Counter,
     unknown: &mut BTreeSet<u64>,
 ) -> Result<Collected, Box<dyn Problem>> {
     let key = match grouping {
@@ -201,7 +196,6 @@ fn rows_over_time(
     let mut others = BTreeSet::new();
     table.read(&wanted, |piece| {
         let [ticks, runs, keys] = [0, 1, 2].map(|column| numbers(&piece[column]));
-        counter.add(ticks.len() * quantities.len(), table)?;
         for row in 0..ticks.len() {
             if let Some(column) = [0, 1, 2].into_iter().find(|n| numbers(&piece[*n])[row].is_nan())
             {
@@ -261,11 +255,9 @@ pub fn against(
     let mut curves: Vec<Vec<Samples>> = vec![vec![Samples::default(); count]; quantities.len()];
     let mut wanted = vec![(x, Wanted::Texts)];
     wanted.extend(quantities.iter().map(|quantity| (quantity.column.as_str(), Wanted::Numbers)));
-    let mut counter = Counter(0);
     let mut run = 0;
     runs.read(&wanted, |piece| {
         let places = texts(&piece[0]);
-        counter.add(places.len() * quantities.len(), runs)?;
         for (row, place) in places.iter().enumerate() {
             let place = place.as_deref().unwrap_or("none");
             let x = place.parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| {

@@ -12,7 +12,7 @@ use crate::file_error::FileError;
 use crate::problem::Problem;
 use crate::whole_file::Inputs;
 
-use super::problem::PlotError;
+use super::problem::{PlotError, ROWS_MAX};
 
 /// The files of a table.
 pub struct TableFiles {
@@ -66,6 +66,7 @@ impl TableFiles {
         wanted: &[(&str, Wanted)],
         mut take: impl FnMut(&[Values]) -> Result<(), PlotError>,
     ) -> Result<(), Box<dyn Problem>> {
+        let mut rows = 0;
         for path in &self.files {
             let table = open(path, self.form)?;
             let place = |(name, wanted): &(&str, Wanted)| {
@@ -78,6 +79,10 @@ impl TableFiles {
             let places = wanted.iter().map(place).collect::<Result<_, _>>()?;
             let mut pieces = table.select(places);
             while let Some(piece) = whole(path, || pieces.next_piece())? {
+                rows += piece.first().map_or(0, Values::len);
+                if rows > ROWS_MAX {
+                    return Err(PlotError::ManyRows(self.path.clone()).into());
+                }
                 take(piece)?;
             }
         }

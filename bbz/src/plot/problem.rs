@@ -62,8 +62,8 @@ pub enum PlotError {
     ManyCurves { parameter: String, count: usize },
     #[error("`{quantity}` has no number in `{path}`")]
     NoNumbers { quantity: String, path: PathBuf },
-    #[error("`{0}` has more than {VALUES_MAX} numbers for the figure")]
-    ManyNumbers(PathBuf),
+    #[error("`{0}` has more than {ROWS_MAX} rows")]
+    ManyRows(PathBuf),
 }
 
 fn counted(parameters: usize) -> String {
@@ -73,8 +73,8 @@ fn counted(parameters: usize) -> String {
     }
 }
 
-/// The most numbers of a figure: they take 800 MB of memory.
-pub const VALUES_MAX: usize = 100_000_000;
+/// The most rows of a table: a quantity takes 800 MB of memory then.
+pub const ROWS_MAX: usize = 100_000_000;
 
 /// The place of a quantity that another figure shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -151,6 +151,7 @@ impl Problem for PlotError {
                 TableReadError::Cut => "wait until the command that writes it has ended; if it has, \
                     simulate again"
                     .to_owned(),
+                TableReadError::LongText { .. } => "choose another parameter".to_owned(),
                 TableReadError::Input(_) => return None,
                 _ => "simulate again with `bbz sim`".to_owned(),
             },
@@ -190,7 +191,7 @@ impl Problem for PlotError {
                 format!("draw a number of runs with --x {parameter}, or simulate fewer values")
             }
             PlotError::NoNumbers { .. } => "name a quantity with numbers".to_owned(),
-            PlotError::ManyNumbers(_) => {
+            PlotError::ManyRows(_) => {
                 "simulate again with a larger `every` in [output.data], or fewer runs".to_owned()
             }
         })

@@ -70,7 +70,7 @@ pub enum Units {
     Runs,
 }
 
-/// Returns the sentence that says from what the quartiles of some curves are, and what is left out.
+/// Returns the sentence that counts the robots or runs of the quartiles, and those that are left out.
 /// `pooled` names the parameters of which each curve has all values.
 pub fn caption(curves: &[Samples], units: Units, pooled: &[String]) -> String {
     let counts = curves.iter().flat_map(|curve| curve.numbers.values().map(Vec::len));

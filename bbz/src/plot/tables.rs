@@ -12,7 +12,7 @@ use super::files::{TableFiles, parquet_files};
 use super::problem::{OtherPlace, PlotError};
 use super::quantity::PlotQuantity;
 
-/// Columns that tell rows apart.
+/// Columns that identify a row.
 pub const RUN: &str = "run";
 pub const TICK: &str = "tick";
 pub const ROBOT: &str = "robot";
