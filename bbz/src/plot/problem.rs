@@ -39,8 +39,8 @@ pub enum PlotError {
     /// The library that reads the file has stopped at its content.
     #[error("cannot read `{0}`: it is damaged")]
     Damaged(PathBuf),
-    /// A file that comes from another batch than the others of its table.
-    #[error("`{path}` has no column `{column}`, which other files of the table have")]
+    /// A file that comes from another batch than the others of its table, or is no table of `bbz`.
+    #[error("`{path}` has no column `{column}`, which the figure needs")]
     OtherColumns { path: PathBuf, column: String },
     /// A row without time or run.
     #[error("`{path}` has a row without `{column}`")]
