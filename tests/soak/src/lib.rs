@@ -9,6 +9,7 @@ mod elsewhere;
 mod evidence;
 mod examples;
 mod executions;
+mod executors;
 mod flights;
 mod fuzz;
 mod guides;
@@ -94,6 +95,12 @@ const PARTS: &[Part] = &[
     Part { name: "corpus", items: corpus::items, run: corpus::run, made_of: corpus::MADE_OF },
     Part { name: "day", items: day::items, run: day::run, made_of: SIMULATION },
     Part { name: "examples", items: examples::items, run: examples::run, made_of: ALL },
+    Part {
+        name: "executors",
+        items: executors::items,
+        run: executors::run,
+        made_of: executors::MADE_OF,
+    },
     Part { name: "flights", items: flights::items, run: flights::run, made_of: flights::MADE_OF },
     // Each target has a count of executions of its own, until the files change that it exercises.
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run, made_of: ALL },

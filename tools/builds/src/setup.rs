@@ -81,6 +81,9 @@ const ARM_PACKAGES: &[(Sign, &str)] = &[
     (Sign::File("/usr/aarch64-linux-gnu/lib/libgcc_s.so.1"), "libgcc-s1-arm64-cross"),
 ];
 
+/// Debian packages for a cluster that schedules jobs.
+const SLURM_PACKAGES: &[(Sign, &str)] = &[(Sign::File("/usr/sbin/slurmctld"), "slurm-wlm")];
+
 /// The list of Python packages that link programs for older systems, and pack wheels.
 const PACKER_REQUIREMENTS: &str = "tools/builds/requirements.txt";
 
@@ -95,6 +98,9 @@ const MODULE_REQUIREMENTS: &str = "python/requirements.txt";
 
 /// The list of Python packages of the notebooks, and of a browser that opens one.
 const NOTEBOOK_REQUIREMENTS: &str = "tests/notebooks/requirements.txt";
+
+/// The list of Python packages that carry out sweeps on several computers.
+const EXECUTOR_REQUIREMENTS: &str = "tests/executors/requirements.txt";
 
 /// The list of Python packages for the checks of sources.
 const CHECK_REQUIREMENTS: &str = "xtask/requirements.txt";
@@ -214,7 +220,19 @@ pub fn module_tests() -> Result<PathBuf> {
 /// JupyterLab, and the browser that opens it. Returns the path of that Python.
 pub fn notebooks() -> Result<PathBuf> {
     browser()?;
-    let python = python("notebooks", NOTEBOOK_REQUIREMENTS, &[])?;
+    with_module("notebooks", NOTEBOOK_REQUIREMENTS)
+}
+
+/// Installs a Python in a folder of its own with the Python module and the executors of sweeps, and Slurm.
+/// Returns the path of that Python.
+pub fn executors() -> Result<PathBuf> {
+    install(&missing(SLURM_PACKAGES, is_there))?;
+    with_module("executors", EXECUTOR_REQUIREMENTS)
+}
+
+/// Installs a Python with these packages and the Python module. Returns its path.
+fn with_module(folder: &str, requirements: &str) -> Result<PathBuf> {
+    let python = python(folder, requirements, &[])?;
     // As it is downloaded, where this computer can link it so.
     let wheel = python_module::release(Platform::of_this_computer())?;
     python_module::install(&python, &wheel)?;
