@@ -172,6 +172,16 @@ fn a_sweep_that_is_killed_goes_on_to_the_same_table() {
 }
 
 #[test]
+fn a_value_that_is_given_twice_is_two_points() {
+    let folder = folder("sweep_twice");
+    let set = ["--set", "robots.walkers.globals.G=1,2,1", "--runs", "2"];
+    succeeds(&folder, &[&["sim", "s.toml", "--csv", "whole.csv"], &set[..]].concat());
+    succeeds(&folder, &[&["sweep", "plan", "s.toml", "--chunk", "1"], &set[..]].concat());
+    succeeds(&folder, &["sweep", "run", "s.sweep"]);
+    assert_eq!(merged(&folder, "s.sweep").as_bytes(), folder.read("whole.csv"));
+}
+
+#[test]
 fn ctrl_c_keeps_finished_runs_of_a_chunk() {
     let folder = folder("sweep_stopped");
     let set = "world.duration=1,2419200";

@@ -122,6 +122,9 @@ impl Plan {
         match plan {
             Plan { chunk: 0, .. } => Err("`chunk` is 0".to_owned()),
             Plan { replicates: 0, .. } => Err("`replicates` is 0".to_owned()),
+            Plan { ref experiment, .. } if experiment.metrics.is_empty() => {
+                Err("there are no metrics".to_owned())
+            }
             Plan { ref points, .. } if points.is_empty() => Err("there are no points".to_owned()),
             Plan { ref points, .. } if !points.iter().all(has_all) => {
                 Err("a point does not have a value of each parameter".to_owned())

@@ -19,6 +19,7 @@ impl RunKey {
         RunKey { settings, seed }
     }
 
+    /// Returns the seed.
     pub fn seed(&self) -> u32 {
         self.seed
     }
@@ -118,10 +119,8 @@ impl Row {
                     "" => Some(None),
                     number => number.parse().ok().map(Some),
                 };
-                let metrics: Vec<Option<f64>> = match metrics_count {
-                    0 => Vec::new(),
-                    _ => metrics.split(',').map(metric).collect::<Option<_>>()?,
-                };
+                let metrics: Vec<Option<f64>> =
+                    metrics.split(',').map(metric).collect::<Option<_>>()?;
                 (metrics.len() == metrics_count).then_some(())?;
                 Outcome::Complete { metrics, digest: u64::from_str_radix(&digest, 16).ok()? }
             }

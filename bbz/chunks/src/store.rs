@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::hash::{BuildHasher, RandomState};
 use std::io;
+use std::ops::Range;
 use std::path::PathBuf;
 
 use crate::disk::Disk;
@@ -75,8 +76,17 @@ pub struct Store<D> {
     id: String,
 }
 
-/// The numbers of the runs in the plan, by their keys.
-type Numbers = HashMap<RunKey, usize>;
+/// The numbers of the runs in the plan, by their keys. A plan may have a point twice.
+type Numbers = HashMap<RunKey, Vec<usize>>;
+
+/// Returns the numbers of runs by their keys.
+fn numbers(runs: Range<usize>, key: impl Fn(usize) -> RunKey) -> Numbers {
+    let mut numbers = Numbers::new();
+    for run in runs {
+        numbers.entry(key(run)).or_default().push(run);
+    }
+    numbers
+}
 
 impl<D: Disk> Store<D> {
     /// Opens a folder, or returns `None` if it has no plan.
@@ -107,7 +117,7 @@ impl<D: Disk> Store<D> {
             let Plan { experiment, files, .. } = old.plan;
             store.compare(PLAN, &Head { experiment, files })?;
         }
-        let numbers: Numbers = (0..store.plan.runs()).map(|run| (key(run), run)).collect();
+        let numbers = numbers(0..store.plan.runs(), &key);
         let (found, sources) = store.gather(&numbers)?;
         if sources.keys().any(|name| store.is_other(name)) {
             for chunk in 0..store.plan.chunks() {
@@ -129,6 +139,7 @@ impl<D: Disk> Store<D> {
         Ok((store, found))
     }
 
+    /// Returns the plan.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
@@ -141,7 +152,7 @@ impl<D: Disk> Store<D> {
     /// Returns the rows of a chunk that are finished. A damaged file of the chunk is moved aside.
     pub fn chunk(&self, chunk: usize, key: impl Fn(usize) -> RunKey) -> Result<Found, StoreError> {
         let runs = self.plan.runs_of(chunk);
-        let numbers: Numbers = runs.clone().map(|run| (key(run), run)).collect();
+        let numbers = numbers(runs.clone(), key);
         let mut found = Found::default();
         let mut places = BTreeMap::new();
         for kind in [WHOLE, PARTIAL] {
@@ -164,8 +175,7 @@ impl<D: Disk> Store<D> {
 
     /// Returns all rows of the plan that are finished. Damaged files are moved aside.
     pub fn all(&self, key: impl Fn(usize) -> RunKey) -> Result<Found, StoreError> {
-        let numbers: Numbers = (0..self.plan.runs()).map(|run| (key(run), run)).collect();
-        Ok(self.gather(&numbers)?.0)
+        Ok(self.gather(&numbers(0..self.plan.runs(), key))?.0)
     }
 
     /// Writes the rows of a chunk that are finished. When it returns, they survive a loss of power.
@@ -232,7 +242,8 @@ impl<D: Disk> Store<D> {
         self.compare(name, &head)?;
         let mut has_others = false;
         for Row { key, outcome } in rows {
-            let Some(run) = numbers.get(&key) else {
+            let runs = numbers.get(&key).map_or(&[][..], Vec::as_slice);
+            let Some(run) = runs.first() else {
                 has_others = true;
                 continue;
             };
@@ -252,7 +263,7 @@ impl<D: Disk> Store<D> {
                 }
             };
             if is_new {
-                found.outcomes.insert(*run, outcome);
+                found.outcomes.extend(runs.iter().map(|run| (*run, outcome.clone())));
                 places.insert(*run, name.to_owned());
             }
         }

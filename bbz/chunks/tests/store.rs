@@ -166,6 +166,19 @@ fn two_results_of_one_run_are_refused() {
 }
 
 #[test]
+fn a_point_that_a_plan_has_twice_is_finished_twice() {
+    let folder = folder();
+    let mut twice = plan(1, 2, 2);
+    twice.points.push(twice.points[0].clone());
+    let key_of = |run: usize| key(2, run % 2);
+    let (store, _) = Store::create(Folder(folder.path().to_owned()), twice, key_of).unwrap();
+    let outcomes = (0..2).map(|run| (run, outcome(2, run))).collect();
+    store.write(0, &outcomes, key_of).unwrap();
+    let found = store.all(key_of).unwrap().outcomes;
+    assert_eq!(found.into_keys().collect::<Vec<usize>>(), [0, 1, 2, 3]);
+}
+
+#[test]
 fn a_plan_that_is_none_is_refused() {
     let folder = folder();
     assert!(Store::open(Folder(folder.path().to_owned())).unwrap().is_none());

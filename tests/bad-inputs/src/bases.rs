@@ -136,7 +136,11 @@ fn journal(call: impl Fn(&[&str]) -> Command, folder: &Path) -> io::Result<Vec<(
     let parts = folder.join("runs.csv.parts");
     let mut batch = call(&["sim", "s.toml", "--runs", "150", "--csv", "runs.csv"]).spawn()?;
     let start = Instant::now();
-    while !parts.join("part-3").exists() && start.elapsed() < PATIENCE {
+    let has_fourth = || {
+        let mut entries = fs::read_dir(&parts).into_iter().flatten().flatten();
+        entries.any(|entry| entry.file_name().to_string_lossy().ends_with("-000003.runs"))
+    };
+    while !has_fourth() && start.elapsed() < PATIENCE {
         thread::sleep(Duration::from_millis(1));
     }
     batch.kill()?;
@@ -145,7 +149,10 @@ fn journal(call: impl Fn(&[&str]) -> Command, folder: &Path) -> io::Result<Vec<(
     for entry in fs::read_dir(parts)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        files.push((name, fs::read(path)?));
+        // A file that was being written has another name at each start.
+        if !name.contains(".unfinished-") {
+            files.push((name, fs::read(path)?));
+        }
     }
     files.sort();
     Ok(files)

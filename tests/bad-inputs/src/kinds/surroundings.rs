@@ -86,6 +86,7 @@ pub const KINDS: &[Entry] = &[
         })
     }),
     ("journal-damaged", damaged_journal),
+    ("sweep-damaged", damaged_sweep),
 ];
 
 /// Commands that write the file `out`.
@@ -149,8 +150,8 @@ fn redirected(bases: &Bases, random: &mut Random, streams: &'static str) -> Case
     Case { streams: Streams::Redirected(streams), ..command(bases, random) }
 }
 
-/// A batch of which a part is kept. The others of its 150 runs take well below a second each.
-fn damaged_journal(bases: &Bases, random: &mut Random, seed: u64) -> Case {
+/// Returns the journal of a batch with a damaged file.
+fn damaged(bases: &Bases, random: &mut Random, seed: u64) -> Vec<(String, Vec<u8>)> {
     let mut files = bases.journal.clone();
     let at = below(random, files.len());
     let bytes = files[at].1.clone();
@@ -163,10 +164,33 @@ fn damaged_journal(bases: &Bases, random: &mut Random, seed: u64) -> Case {
             let other = below(random, files.len());
             files[at].1 = files[other].1.clone();
         }
-        5 => files.push(("part-99999999999999999999".to_owned(), bytes)),
-        6 => files.push(("part-7.x".to_owned(), noise(random, 100))),
+        5 => files.push((format!("{}-99999999999999999999.runs", "0".repeat(16)), bytes)),
+        6 => files.push((format!("{}-000007.known", "0".repeat(16)), noise(random, 100))),
         _ => files.push(("strange".to_owned(), noise(random, 100))),
     }
+    files
+}
+
+/// The folder of a sweep with a damaged file. Its plan is that of the journal.
+fn damaged_sweep(bases: &Bases, random: &mut Random, seed: u64) -> Case {
+    let commands: &[&[&str]] = &[
+        &["sweep", "run", "s.sweep"],
+        &["sweep", "status", "s.sweep"],
+        &["sweep", "merge", "s.sweep", "-o", "out.csv"],
+        &["sweep", "plan", "s.toml", "--runs", "160"],
+        &["sweep", "run", "s.sweep", "--chunk", "3", "--retry"],
+    ];
+    let case = Case::new(one(random, commands).iter().copied()).with("s.toml", SCENARIO);
+    let case = case.with("s.bzz", SCRIPT).writing("s.sweep").writing("out.csv");
+    damaged(bases, random, seed)
+        .into_iter()
+        .filter(|(name, _)| name != "lock")
+        .fold(case, |case, (name, bytes)| case.with(format!("s.sweep/{name}"), bytes))
+}
+
+/// A batch of which a part is kept. The others of its 150 runs take well below a second each.
+fn damaged_journal(bases: &Bases, random: &mut Random, seed: u64) -> Case {
+    let files = damaged(bases, random, seed);
     let arguments = ["sim", "s.toml", "--runs", "150", "--csv", "runs.csv"];
     let resume = (!seed.is_multiple_of(5)).then_some("--resume");
     let case = Case::new(arguments.into_iter().chain(resume)).with("s.toml", SCENARIO);
