@@ -18,11 +18,6 @@ impl RunKey {
         settings.sort_unstable();
         RunKey { settings, seed }
     }
-
-    /// Returns the seed.
-    pub fn seed(&self) -> u32 {
-        self.seed
-    }
 }
 
 impl fmt::Display for RunKey {
