@@ -1,7 +1,11 @@
 """Sweeps on executors: the same table, whoever carries out the chunks."""
 
+from __future__ import annotations
+
+import pathlib
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 
 import bittybuzz
@@ -25,16 +29,16 @@ SET = "robots.walkers.globals.G=1:3"
 
 
 @pytest.fixture
-def study(tmp_path):
+def study(tmp_path: pathlib.Path) -> pathlib.Path:
     (tmp_path / "s.toml").write_text(SCENARIO)
     (tmp_path / "s.bzz").write_text("n = 0\nG = 1\nfunction step() { n = n + G forward() }\n")
     return tmp_path / "s.toml"
 
 
-def simulated(study, runs):
+def simulated(study: pathlib.Path, runs: int) -> bytes:
     """The table of one process that simulates all runs."""
     table = study.with_name("whole.csv")
-    words = ["sim", study, "--runs", str(runs), "--set", SET, "--csv", table]
+    words: list[str | pathlib.Path] = ["sim", study, "--runs", str(runs), "--set", SET, "--csv", table]
     subprocess.run([sys.executable, "-m", "bittybuzz", *words], check=True, capture_output=True)
     return table.read_bytes()
 
@@ -42,17 +46,18 @@ def simulated(study, runs):
 class Sequential:
     """An executor that has nothing but `submit`."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.chunks = 0
 
-    def submit(self, fn, /, *args):
+    def submit(self, fn: Callable[..., None], /, *args: object) -> Future[None]:
         self.chunks += 1
-        future = Future()
-        future.set_result(fn(*args))
+        fn(*args)
+        future: Future[None] = Future()
+        future.set_result(None)
         return future
 
 
-def test_all_executors_give_the_table_of_one_process(study):
+def test_all_executors_give_the_table_of_one_process(study: pathlib.Path) -> None:
     expected = simulated(study, 4)
     others = [None, Sequential(), ThreadPoolExecutor(2), ProcessPoolExecutor(2)]
     for number, executor in enumerate(others):
@@ -62,7 +67,7 @@ def test_all_executors_give_the_table_of_one_process(study):
         assert table.read_bytes() == expected
 
 
-def test_more_runs_keep_those_that_are_finished(study):
+def test_more_runs_keep_those_that_are_finished(study: pathlib.Path) -> None:
     executor = Sequential()
     bittybuzz.sweep(study, runs=2, set=[SET], chunk=2, executor=executor)
     assert executor.chunks == 3
@@ -74,7 +79,7 @@ def test_more_runs_keep_those_that_are_finished(study):
     assert table.read_bytes() == simulated(study, 4)
 
 
-def test_mistakes_are_errors_with_the_message_of_the_tool(study, tmp_path):
+def test_mistakes_are_errors_with_the_message_of_the_tool(study: pathlib.Path, tmp_path: pathlib.Path) -> None:
     with pytest.raises(bittybuzz.Error, match="nothing.toml"):
         bittybuzz.sweep(tmp_path / "nothing.toml")
     with pytest.raises(bittybuzz.Error, match="both give the seed"):
