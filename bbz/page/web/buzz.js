@@ -83,6 +83,7 @@ export function completing(words) {
         }));
         if (dot < 0) {
             const known = new Set(options.map(({ label }) => label));
+            /** @type {string[]} */
             const names = context.state.doc.toString().match(/\b[A-Za-z_]\w*/g) ?? [];
             // The word that is being written is a name only if it is written elsewhere, too.
             const own = new Set(names.toSpliced(names.indexOf(before.text), 1));
