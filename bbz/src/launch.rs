@@ -5,7 +5,7 @@
 
 use std::env;
 use std::ffi::{OsStr, OsString};
-use std::path::{Path, PathBuf};
+use std::path::{self, Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::shell;
@@ -48,6 +48,19 @@ impl Launch {
     fn command_line(&self) -> String {
         shell::words(self.program.iter().chain(&self.arguments))
     }
+}
+
+/// Returns the words of a shell command that start the tool from any folder.
+pub fn from_anywhere() -> String {
+    let program = LAUNCH.get().map_or(&[][..], |launch| &launch.program);
+    let (first, rest) = program.split_first().unzip();
+    let first = first.map_or(OsStr::new(NAME), OsString::as_os_str);
+    // A word without folders is searched in PATH.
+    let is_path = Path::new(first).components().count() > 1;
+    let path = path::absolute(first).ok().filter(|_| is_path);
+    let first = path.as_deref().map_or(first, Path::as_os_str);
+    let rest = rest.into_iter().flatten().map(OsString::as_os_str);
+    shell::words([first].into_iter().chain(rest))
 }
 
 /// The launch of this process. Panics and pages report its command, and no caller can pass it to them.

@@ -62,10 +62,11 @@ const ENDING: Duration = Duration::from_millis(700);
 pub fn show(source: &mut dyn Source, no_browser: bool) -> Result<ExitStatus, Box<dyn Problem>> {
     let mut interrupt = Interrupt::install_ending_after(ENDING)?;
     let page = Page::open().map_err(ViewError)?;
-    let mut opening = Opening::begin(&page, no_browser)?;
+    let mut opening = Opening::begin(page.url(), no_browser)?;
     let mut unprinted = None;
     let is_over = || {
-        unprinted = unprinted.take().or(opening.attend(&page).err());
+        let attended = opening.attend(page.was_opened());
+        unprinted = unprinted.take().or(attended.err());
         unprinted.is_some() || interrupt.is_raised()
     };
     let shown = page.show(source, is_over, &advice());
@@ -91,6 +92,7 @@ pub fn ending(shown: Result<(), Defect>) -> ExitStatus {
 
 /// A page that a browser is to open.
 pub struct Opening {
+    url: String,
     /// The file that leads the browser to the page, until it has.
     redirect: Option<Redirect>,
     /// The time at which the address is printed, if it was not printed yet.
@@ -98,33 +100,34 @@ pub struct Opening {
 }
 
 impl Opening {
-    /// Starts a browser with a page, or else prints the address of the page.
-    pub fn begin(page: &Page, no_browser: bool) -> Result<Self, OutputError> {
-        let redirect = if no_browser { None } else { Redirect::new(page.url()).ok() };
+    /// Starts a browser with the page at an address, or else prints the address.
+    pub fn begin(url: &str, no_browser: bool) -> Result<Self, OutputError> {
+        let redirect = if no_browser { None } else { Redirect::new(url).ok() };
         let redirect = redirect.filter(|file| open_page::that_detached(file.path()).is_ok());
-        let mut opening = Opening { redirect, deadline: Some(Instant::now() + PATIENCE) };
+        let deadline = Some(Instant::now() + PATIENCE);
+        let mut opening = Opening { url: url.to_owned(), redirect, deadline };
         if opening.redirect.is_none() {
-            opening.print(page)?;
+            opening.print()?;
         }
         Ok(opening)
     }
 
     /// Removes the file once the page is open. Prints the address if the page is not open in time:
     /// the browser may not be allowed to read the file.
-    pub fn attend(&mut self, page: &Page) -> Result<(), OutputError> {
-        if page.was_opened() {
-            *self = Opening { redirect: None, deadline: None };
+    pub fn attend(&mut self, was_opened: bool) -> Result<(), OutputError> {
+        if was_opened {
+            (self.redirect, self.deadline) = (None, None);
         }
         match self.deadline {
-            Some(deadline) if Instant::now() >= deadline => self.print(page),
+            Some(deadline) if Instant::now() >= deadline => self.print(),
             _ => Ok(()),
         }
     }
 
-    fn print(&mut self, page: &Page) -> Result<(), OutputError> {
+    fn print(&mut self) -> Result<(), OutputError> {
         self.deadline = None;
         let mut output = ScriptOutput::new();
-        output.line(page.url().as_bytes());
+        output.line(self.url.as_bytes());
         output.finish()
     }
 }

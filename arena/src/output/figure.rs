@@ -1,7 +1,7 @@
 //! A picture of medians and quartiles in panels, for results of many robots or runs.
 
 use super::axes::{self, Axes};
-use super::svg::{Svg, escape, path};
+use super::svg::{Svg, escape, path, shortened};
 
 /// The largest number of curves that a reader can distinguish, by color and dashes.
 pub const CURVES_MAX: usize = COLORS.len() * 2;
@@ -101,7 +101,8 @@ impl Figure {
     /// Draws the picture as SVG.
     pub fn draw(&self) -> String {
         let names = self.curves.iter().chain(&self.parameter);
-        let longest = names.map(|name| shortened(name).chars().count()).max().unwrap_or(0);
+        let longest =
+            names.map(|name| shortened(name, NAME_MAX).chars().count()).max().unwrap_or(0);
         let right = match self.parameter {
             Some(_) => KEY + longest as f64 * LETTER,
             None => MARGIN,
@@ -163,7 +164,7 @@ impl Figure {
         let mut y = TOP + 4.0;
         svg.put(format_args!(
             "<text x=\"{left}\" y=\"{y}\">{}</text>\n",
-            escape(&shortened(parameter))
+            escape(&shortened(parameter, NAME_MAX))
         ));
         for (number, name) in self.curves.iter().enumerate() {
             y += LINE;
@@ -171,7 +172,7 @@ impl Figure {
             svg.put(format_args!(
                 "<text x=\"{}\" y=\"{y}\">{}</text>\n",
                 left + 34.0,
-                escape(&shortened(name))
+                escape(&shortened(name, NAME_MAX))
             ));
         }
     }
@@ -231,13 +232,5 @@ fn draw_line(svg: &mut Svg, style: &Style, places: &CurvePlaces, has_marks: bool
                 ));
             }
         }
-    }
-}
-
-/// Returns a name that the legend has space for.
-fn shortened(name: &str) -> String {
-    match name.char_indices().nth(NAME_MAX) {
-        Some((end, _)) => format!("{}…", &name[..end]),
-        None => name.to_owned(),
     }
 }

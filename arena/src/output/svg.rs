@@ -74,6 +74,14 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
+/// Returns a name of at most `most` letters: the end of a longer one is left out.
+pub fn shortened(name: &str, most: usize) -> String {
+    match name.chars().count() <= most {
+        true => name.to_owned(),
+        false => name.chars().take(most - 1).chain(['…']).collect(),
+    }
+}
+
 /// Returns a color for each of many numbers. Steps of the golden angle give neighboring numbers
 /// different hues.
 pub fn color(number: usize) -> String {

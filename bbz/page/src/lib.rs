@@ -2,7 +2,8 @@
 //!
 //! [`Page::open`] binds the loopback address and serves the page from a thread of its own; [`Page::show`] runs the session in the
 //! caller's thread until the page is closed. [`Frames`] and [`single_page`] do without a server: another
-//! program, such as a notebook, has the page in a frame and passes its messages on.
+//! program, such as a notebook, has the page in a frame and passes its messages on. A [`LinkedDocument`] is an HTML text whose links open
+//! pages.
 //!
 //! # Principles
 //! 1. **For the user of this computer alone.** The server listens on the loopback address, every path begins with a secret of 128 random
@@ -21,10 +22,14 @@
 mod assets;
 mod door;
 mod frames;
+mod links;
+mod listener;
 mod server;
 mod show;
 mod single;
 
 pub use frames::{FrameMessage, Frames};
-pub use server::{Page, PageError};
+pub use links::{AskedPage, LinkedDocument};
+pub use listener::PageError;
+pub use server::Page;
 pub use single::single_page;

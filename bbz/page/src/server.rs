@@ -1,12 +1,8 @@
 //! The server, in a thread of its own.
 
-use std::fmt;
-use std::io;
-use std::net::Ipv4Addr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread;
 use std::time::Duration;
 
 use axum::Router;
@@ -15,25 +11,15 @@ use axum::extract::{Path, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use hyper::server::conn::http1;
-use hyper_util::rt::{TokioIo, TokioTimer};
-use hyper_util::service::TowerToHyperService;
-use tokio::net::TcpListener;
-use tokio::runtime::Builder;
 use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::assets;
 use crate::door::Door;
+use crate::listener::{self, PageError};
 
 /// Bytes of the longest request: the largest script that the compiler reads, 1 MiB, with each of its lines written as `\n`.
 const REQUEST_BYTES_MAX: usize = 2 * 1024 * 1024;
-
-/// The longest time for the headers of a request. A connection that has no request within this time is closed.
-const HEADERS_MAX: Duration = Duration::from_secs(5);
-
-/// The pause after a connection could not be accepted, for example because too many are open.
-const ACCEPT_AGAIN: Duration = Duration::from_millis(200);
 
 /// A message to a client that another one was connected later: this one waits until the other has gone.
 const WAIT: &str = "wait";
@@ -106,26 +92,6 @@ impl Batch {
     }
 }
 
-/// A reason why a page cannot be served.
-#[derive(Debug)]
-pub enum PageError {
-    /// The operating system gives no port or no thread.
-    Server(io::Error),
-    /// The operating system gives no random numbers.
-    Secret(getrandom::Error),
-}
-
-impl fmt::Display for PageError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            PageError::Server(error) => write!(f, "the page cannot be served: {error}"),
-            PageError::Secret(error) => write!(f, "the page's address has no secret: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for PageError {}
-
 /// A page that is being served.
 pub struct Page {
     pub(crate) url: String,
@@ -150,25 +116,17 @@ struct Shared {
 impl Page {
     /// Binds a free port of the loopback address and serves from a thread of its own, for as long as the process lives.
     pub fn open() -> Result<Self, PageError> {
-        let runtime = Builder::new_current_thread().enable_io().enable_time().build();
-        let runtime = runtime.map_err(PageError::Server)?;
-        let listener = runtime.block_on(TcpListener::bind((Ipv4Addr::LOCALHOST, 0)));
-        let listener = listener.map_err(PageError::Server)?;
-        let address = listener.local_addr().map_err(PageError::Server)?;
-        let door = Door::new(address).map_err(PageError::Secret)?;
-        let url = door.url();
         let (sender, events) = channel();
         let count = Arc::default();
-        let places = Arc::new(Semaphore::new(CLIENTS_MAX));
-        let shared = Shared { door, events: sender, count: Arc::clone(&count), places };
-        let router = Router::new()
-            .route("/{secret}/", get(index))
-            .route("/{secret}/socket", get(socket))
-            .route("/{secret}/{name}", get(file))
-            .with_state(Arc::new(shared));
-        let thread = thread::Builder::new().name("page".to_owned());
-        let serve = accept(listener, router);
-        thread.spawn(move || runtime.block_on(serve)).map_err(PageError::Server)?;
+        let url = listener::serve(|door| {
+            let places = Arc::new(Semaphore::new(CLIENTS_MAX));
+            let shared = Shared { door, events: sender, count: Arc::clone(&count), places };
+            Router::new()
+                .route("/{secret}/", get(index))
+                .route("/{secret}/socket", get(socket))
+                .route("/{secret}/{name}", get(file))
+                .with_state(Arc::new(shared))
+        })?;
         Ok(Page { url, events, count, linger: Some(LINGER) })
     }
 
@@ -185,24 +143,6 @@ impl Page {
     /// Returns true once a browser has connected.
     pub fn was_opened(&self) -> bool {
         self.count.load(Ordering::Relaxed) > 0
-    }
-}
-
-/// Serves connections. `axum::serve` would do the same, but wait for requests without end.
-async fn accept(listener: TcpListener, router: Router) {
-    let mut http = http1::Builder::new();
-    http.timer(TokioTimer::new()).header_read_timeout(HEADERS_MAX);
-    loop {
-        let Ok((stream, _)) = listener.accept().await else {
-            tokio::time::sleep(ACCEPT_AGAIN).await;
-            continue;
-        };
-        let service = TowerToHyperService::new(router.clone());
-        let connection = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
-        // An error concerns this connection alone, and its client knows it.
-        tokio::spawn(async move {
-            let _ = connection.await;
-        });
     }
 }
 

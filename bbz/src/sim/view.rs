@@ -30,10 +30,16 @@ const COPIES: usize = 32;
 
 /// Shows a scenario until the page is closed, or Ctrl-C.
 pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<dyn Problem>> {
-    let Some(opened) = open::open(arguments, set)? else {
-        return Ok(ExitStatus::CompileError);
-    };
-    let Some(setup) = opened.setup() else { return Ok(ExitStatus::CompileError) };
+    match live(arguments, set)? {
+        Some(mut live) => view::show(&mut live, arguments.no_browser),
+        None => Ok(ExitStatus::CompileError),
+    }
+}
+
+/// Opens a scenario for a page. Prints mistakes, and returns `None` if there are any.
+pub fn live(arguments: &SimArguments, set: &[String]) -> Result<Option<Live>, Box<dyn Problem>> {
+    let Some(opened) = open::open(arguments, set)? else { return Ok(None) };
+    let Some(setup) = opened.setup() else { return Ok(None) };
     // The page shows and saves the text with these values, because that is the one that runs.
     let seed = arguments.seed.map(|seed| format!("{SEED}={seed}"));
     let values = set.iter().chain(&seed).map(String::as_str);
@@ -45,11 +51,10 @@ pub fn run(arguments: &SimArguments, set: &[String]) -> Result<ExitStatus, Box<d
         Ok(simulation) => simulation,
         Err(error) => {
             open::print(&[error]);
-            return Ok(ExitStatus::CompileError);
+            return Ok(None);
         }
     };
     doors::print(&opened.scenario);
     let live = Live::new(Session::new(simulation, COPIES), text).with_workshop(desk);
-    let mut live = live.with_unsaved(UnsavedFiles::new());
-    view::show(&mut live, arguments.no_browser)
+    Ok(Some(live.with_unsaved(UnsavedFiles::new())))
 }

@@ -35,14 +35,14 @@ pub fn show(
     let is_closed = Arc::new(AtomicBool::new(false));
     let mut watched = Watched::new(reports, kind, printer.script_name());
     let mut printer = printer.for_page(sender, is_closed.clone());
-    let mut opening = Opening::begin(&page, no_browser)?;
+    let mut opening = Opening::begin(page.url(), no_browser)?;
     let is_pressed = interrupt.flag();
     thread::scope(|scope| {
         let is_over = is_pressed.clone();
         let shown = scope.spawn(move || {
             let over = || {
                 // The trace goes on if its page's address cannot be printed.
-                let _ = opening.attend(&page);
+                let _ = opening.attend(page.was_opened());
                 is_over.load(Ordering::Relaxed)
             };
             let shown = page.show(&mut watched, over, &view::advice());

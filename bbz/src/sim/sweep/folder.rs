@@ -1,11 +1,16 @@
-//! The folder of a sweep.
+//! The folder of a sweep, and the study whose runs it has.
 
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::{Component, Path, PathBuf};
 
-use bittybuzz_chunks::{Folder, Store};
+use bittybuzz_chunks::{Folder, Plan, Store};
 
 use crate::chunks::StoreProblem;
 use crate::problem::Problem;
+
+use super::super::arguments::SimArguments;
+use super::super::study::Study;
+use super::super::{experiment, source};
 
 /// A folder without a plan.
 #[derive(Debug, thiserror::Error)]
@@ -18,8 +23,62 @@ impl Problem for NoPlan {
     }
 }
 
+/// A result in the folder of the sweep.
+#[derive(Debug, thiserror::Error)]
+#[error("`{0}` is in the folder of the sweep")]
+struct InFolder(PathBuf);
+
+impl Problem for InFolder {
+    fn help(&self) -> Option<String> {
+        Some("name a file outside of it: the folder has the plan and the rows alone".to_owned())
+    }
+}
+
 /// Opens the folder of a sweep.
 pub fn open(path: &Path) -> Result<Store<Folder>, Box<dyn Problem>> {
     let store = Store::open(Folder(path.to_owned())).map_err(StoreProblem)?;
     Ok(store.ok_or_else(|| NoPlan(path.to_owned()))?)
+}
+
+/// Returns the arguments of the runs of a plan in a folder.
+pub fn arguments(folder: &Path, plan: &Plan) -> SimArguments {
+    let include = plan.include.iter().map(|path| beside(folder, path)).collect();
+    SimArguments::of_sweep(beside(folder, &plan.scenario), include, plan.seed)
+}
+
+/// Opens the study of a plan. Prints mistakes of files, and returns `None` if there are any.
+pub fn study<'a>(
+    arguments: &'a SimArguments,
+    store: &Store<Folder>,
+) -> Result<Option<Study<'a>>, Box<dyn Problem>> {
+    let plan = store.plan();
+    experiment::check_program(plan, &store.path())?;
+    let text = source::read(arguments)?;
+    let opened = Study::with_plan(arguments, text, experiment::runs(plan).plan, Default::default());
+    let study = match opened {
+        Ok(study) => study,
+        Err(unopened) => return unopened.print().map(|()| None),
+    };
+    experiment::check(&study, plan, &store.path())?;
+    Ok(Some(study))
+}
+
+/// Refuses a result that would be in the folder of a sweep.
+pub fn refuse(path: &Path, folder: &Path) -> Result<(), Box<dyn Problem>> {
+    let beside = path.parent().filter(|beside| !beside.as_os_str().is_empty());
+    let beside = fs::canonicalize(beside.unwrap_or(Path::new(".")));
+    match (beside, fs::canonicalize(folder)) {
+        (Ok(beside), Ok(folder)) if beside == folder => Err(InFolder(path.to_owned()).into()),
+        _ => Ok(()),
+    }
+}
+
+/// Returns a path that begins at a folder, without a detour through the folder if there is none to make.
+fn beside(folder: &Path, path: &str) -> PathBuf {
+    // `..` of a link is not the folder that has the link.
+    let has_name = matches!(folder.components().next_back(), Some(Component::Normal(_)));
+    match (path.strip_prefix("../"), folder.parent()) {
+        (Some(rest), Some(parent)) if has_name && !folder.is_symlink() => parent.join(rest),
+        _ => folder.join(path),
+    }
 }

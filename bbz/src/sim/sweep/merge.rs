@@ -1,7 +1,6 @@
 //! `bbz sweep merge`: the table of all runs.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bittybuzz_chunks::Outcome;
 use clap::Args;
@@ -33,17 +32,6 @@ impl Problem for Missing {
     }
 }
 
-/// A table in the folder of the sweep.
-#[derive(Debug, thiserror::Error)]
-#[error("`{0}` is in the folder of the sweep")]
-struct InFolder(PathBuf);
-
-impl Problem for InFolder {
-    fn help(&self) -> Option<String> {
-        Some("name a file outside of it: the folder has the plan and the rows alone".to_owned())
-    }
-}
-
 /// Arguments of `bbz sweep merge`.
 #[derive(Debug, Args)]
 pub struct MergeArguments {
@@ -60,11 +48,7 @@ pub struct MergeArguments {
 /// Carries out the command.
 pub fn execute(arguments: &MergeArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let store = folder::open(&arguments.folder)?;
-    if let Some(path) = &arguments.output
-        && is_in(path, &arguments.folder)
-    {
-        return Err(InFolder(path.clone()).into());
-    }
+    arguments.output.iter().try_for_each(|path| folder::refuse(path, &arguments.folder))?;
     let runs = experiment::runs(store.plan());
     let found = store.all(|run| runs.key(run)).map_err(StoreProblem)?;
     chunks::print_aside(&found.aside);
@@ -82,12 +66,4 @@ pub fn execute(arguments: &MergeArguments) -> Result<ExitStatus, Box<dyn Problem
         None => output::write(&text)?,
     }
     Ok(if has_failed { ExitStatus::RuntimeError } else { ExitStatus::Success })
-}
-
-/// Returns true if a file is in a folder, or would be.
-fn is_in(path: &Path, folder: &Path) -> bool {
-    let beside = path.parent().filter(|beside| !beside.as_os_str().is_empty());
-    let beside = fs::canonicalize(beside.unwrap_or(Path::new(".")));
-    let folder = fs::canonicalize(folder);
-    matches!((beside, folder), (Ok(beside), Ok(folder)) if beside == folder)
 }

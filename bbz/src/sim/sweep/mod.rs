@@ -1,13 +1,17 @@
 //! `bbz sweep`: many runs in a folder that any number of processes and computers fill.
 //!
-//! `plan` writes the list of runs, `run` carries out chunks of it, `status` counts them, and `merge` writes
-//! the table. An engine that schedules jobs calls `bbz sweep run` and needs to know nothing else.
+//! `plan` writes the list of runs, `run` carries out chunks of it, `status` counts them, `merge` writes
+//! the table, and `report` draws it. An engine that schedules jobs calls `bbz sweep run` and needs to know nothing else.
 
+mod cluster;
 mod folder;
 mod merge;
 mod plan;
+mod report;
 mod run;
 mod status;
+#[cfg(feature = "view")]
+mod view;
 
 use clap::{Args, Subcommand};
 
@@ -23,6 +27,10 @@ Examples:
   bbz sweep status study.sweep               count what is finished
   for chunk in $(bbz sweep status study.sweep --missing); do bbz sweep run study.sweep --chunk $chunk; done    the same runs
   bbz sweep merge study.sweep -o study.csv   write the table
+  bbz sweep report study.sweep -o study.html curves, maps of two parameters, and the runs at both ends of each measure
+  bbz sweep report study.sweep --view        the same in the browser, where links open the runs
+  bbz sweep view study.sweep 17              one run in the page
+  bbz sweep submit study.sweep -- --time=01:00:00    all that is missing, as a job array of Slurm; `status` shows its tasks
   bbz sweep plan study.toml --runs 60        30 more runs of each point; finished runs are kept
 
 Exit status: 0, or 1 a run could not go on, or (status) is missing, 2 a scenario or script is wrong, 3 wrong command line, file or
@@ -46,6 +54,15 @@ enum SweepCommand {
     Status(status::StatusArguments),
     /// Write the table of all runs
     Merge(merge::MergeArguments),
+    /// Carry out the runs that are not finished by a job array of Slurm
+    Submit(cluster::SubmitArguments),
+    /// End the tasks of a job array of Slurm
+    Cancel(cluster::CancelArguments),
+    /// Write curves and maps of all runs as one HTML file
+    Report(report::ReportArguments),
+    /// Show a run in a page on this computer
+    #[cfg(feature = "view")]
+    View(view::ViewArguments),
 }
 
 /// Carries out the command.
@@ -55,5 +72,10 @@ pub fn execute(arguments: &SweepArguments) -> Result<ExitStatus, Box<dyn Problem
         SweepCommand::Run(arguments) => run::execute(arguments),
         SweepCommand::Status(arguments) => status::execute(arguments),
         SweepCommand::Merge(arguments) => merge::execute(arguments),
+        SweepCommand::Submit(arguments) => cluster::submit(arguments),
+        SweepCommand::Cancel(arguments) => cluster::cancel(arguments),
+        SweepCommand::Report(arguments) => report::execute(arguments),
+        #[cfg(feature = "view")]
+        SweepCommand::View(arguments) => view::execute(arguments),
     }
 }

@@ -17,12 +17,10 @@ use crate::interrupt::{self, Interrupt};
 use crate::problem::Problem;
 use crate::report;
 
-use super::super::arguments::{SimArguments, threads};
+use super::super::arguments::threads;
 use super::super::batch::with_threads;
 use super::super::stops::print_failures;
-use super::super::study::Study;
 use super::super::work::{self, Ends, RunFailure, Work};
-use super::super::{experiment, source};
 use super::folder;
 
 /// Chunks that the plan does not have.
@@ -49,14 +47,27 @@ fn shard(text: &str) -> Result<Shard, String> {
     }
 }
 
+/// Successive chunks: the first and the last.
+#[derive(Debug, Clone, Copy)]
+struct ChunkRange(usize, usize);
+
+/// Parses a chunk or a range such as `3-7`.
+fn chunk_range(text: &str) -> Result<ChunkRange, String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    match (first.trim().parse(), last.trim().parse()) {
+        (Ok(first), Ok(last)) if first <= last => Ok(ChunkRange(first, last)),
+        _ => Err(format!("{text} is neither a chunk nor a range such as 3-7")),
+    }
+}
+
 /// Arguments of `bbz sweep run`.
 #[derive(Debug, Args)]
 pub struct RunArguments {
     /// Folder of `bbz sweep plan`
     folder: PathBuf,
-    /// Carry out this chunk, from 0; may be given several times [default: all]
-    #[arg(long, value_name = "N", conflicts_with = "shard")]
-    chunk: Vec<usize>,
+    /// Carry out this chunk, from 0, or these, such as 3-7; may be given several times [default: all]
+    #[arg(long, value_name = "N|N-M", conflicts_with = "shard", value_parser = chunk_range)]
+    chunk: Vec<ChunkRange>,
     /// Carry out one of several equal shares of the chunks, such as 1/4
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
@@ -75,18 +86,9 @@ pub struct RunArguments {
 pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let store = folder::open(&arguments.folder)?;
     let plan = store.plan();
-    let path = |path: &String| arguments.folder.join(path);
-    let include = plan.include.iter().map(path).collect();
-    let mut sim = SimArguments::of_sweep(path(&plan.scenario), include, plan.seed);
+    let mut sim = folder::arguments(&arguments.folder, plan);
     sim.headless = arguments.headless;
-    experiment::check_program(plan, &store.path())?;
-    let text = source::read(&sim)?;
-    let study = match Study::with_plan(&sim, text, experiment::runs(plan).plan, Default::default())
-    {
-        Ok(study) => study,
-        Err(unopened) => return unopened.print().map(|()| ExitStatus::CompileError),
-    };
-    experiment::check(&study, plan, &store.path())?;
+    let Some(study) = folder::study(&sim, &store)? else { return Ok(ExitStatus::CompileError) };
     let mut chunks = chunks(arguments, plan.chunks())?;
     // Processes that carry out the same chunks meet less if each begins elsewhere.
     let begin = process::id() as usize % chunks.len().max(1);
@@ -151,15 +153,16 @@ pub fn execute(arguments: &RunArguments) -> Result<ExitStatus, Box<dyn Problem>>
 
 /// Returns the chunks that the command line names.
 fn chunks(arguments: &RunArguments, chunks: usize) -> Result<Vec<usize>, RunError> {
-    if let Some(chunk) = arguments.chunk.iter().find(|chunk| **chunk >= chunks) {
+    let named = &arguments.chunk;
+    if let Some(ChunkRange(_, chunk)) = named.iter().find(|ChunkRange(_, last)| *last >= chunks) {
         return Err(RunError::NoChunk { chunk: *chunk, chunks });
     }
-    Ok(match (&arguments.chunk[..], arguments.shard) {
+    Ok(match (&named[..], arguments.shard) {
         ([], None) => (0..chunks).collect(),
         // Successive chunks: an engine that takes one after the other opens each point once.
         ([], Some(Shard(number, of))) => {
             ((number - 1) * chunks / of..number * chunks / of).collect()
         }
-        (named, _) => named.to_vec(),
+        (named, _) => named.iter().flat_map(|ChunkRange(first, last)| *first..*last + 1).collect(),
     })
 }

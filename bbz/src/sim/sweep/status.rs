@@ -1,8 +1,9 @@
 //! `bbz sweep status`: counts runs.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use bittybuzz_chunks::Outcome;
+use bittybuzz_chunks::{Outcome, Plan};
 use clap::Args;
 use serde_json::json;
 
@@ -12,7 +13,7 @@ use crate::output;
 use crate::problem::Problem;
 
 use super::super::experiment;
-use super::folder;
+use super::{cluster, folder};
 
 /// Arguments of `bbz sweep status`.
 #[derive(Debug, Args)]
@@ -36,23 +37,26 @@ pub fn execute(arguments: &StatusArguments) -> Result<ExitStatus, Box<dyn Proble
     let is_failed = |outcome: &&Outcome| matches!(outcome, Outcome::Failed(_));
     let (finished, total) = (found.outcomes.len(), runs.count());
     let failed = found.outcomes.values().filter(is_failed).count();
-    let is_whole = |chunk: &usize| {
-        let runs = store.plan().runs_of(*chunk);
-        found.outcomes.range(runs.clone()).count() == runs.len()
-    };
     let chunks = store.plan().chunks();
-    let missing: Vec<usize> = (0..chunks).filter(|chunk| !is_whole(chunk)).collect();
+    let missing = missing(store.plan(), &found.outcomes);
+    let cluster = match arguments.missing {
+        true => None,
+        false => cluster::state(&arguments.folder, &missing)?,
+    };
     let unfinished = Names::of(&arguments.folder)?.unfinished;
     let text = match (arguments.json, arguments.missing) {
         (_, true) => missing.iter().map(|chunk| format!("{chunk}\n")).collect(),
         (true, false) => {
-            let counts = json!({
+            let mut counts = json!({
                 "runs": total,
                 "finished": finished,
                 "failed": failed,
                 "chunks": chunks,
                 "missing_chunks": missing,
             });
+            if let Some(cluster) = &cluster {
+                counts["slurm"] = cluster.to_json();
+            }
             format!("{counts}\n")
         }
         (false, false) => {
@@ -64,6 +68,7 @@ pub fn execute(arguments: &StatusArguments) -> Result<ExitStatus, Box<dyn Proble
             if let Some(first) = missing.first() {
                 text += &format!("first chunk that is missing: {first}\n");
             }
+            text += &cluster.map_or(String::new(), |cluster| cluster.describe());
             for name in unfinished {
                 text += &format!("`{name}` is being written, or a killed process has left it\n");
             }
@@ -72,4 +77,13 @@ pub fn execute(arguments: &StatusArguments) -> Result<ExitStatus, Box<dyn Proble
     };
     output::write(&text)?;
     Ok(if missing.is_empty() { ExitStatus::Success } else { ExitStatus::RuntimeError })
+}
+
+/// Returns the chunks of a plan that are not finished.
+pub fn missing(plan: &Plan, outcomes: &BTreeMap<usize, Outcome>) -> Vec<usize> {
+    let is_whole = |chunk: &usize| {
+        let runs = plan.runs_of(*chunk);
+        outcomes.range(runs.clone()).count() == runs.len()
+    };
+    (0..plan.chunks()).filter(|chunk| !is_whole(chunk)).collect()
 }

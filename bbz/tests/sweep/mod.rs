@@ -1,6 +1,9 @@
 //! `bbz sweep`: runs in a folder that processes and computers share.
 #![cfg(unix)]
 
+mod cluster;
+mod report;
+
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command};
@@ -51,6 +54,12 @@ fn copy(from: &Path, to: &Path) {
             true => copy(&entry.path(), &place),
             false => drop(fs::copy(entry.path(), place).unwrap()),
         }
+    }
+}
+
+fn wait_until(is_so: impl Fn() -> bool) {
+    while !is_so() {
+        thread::sleep(Duration::from_millis(20));
     }
 }
 
