@@ -1,6 +1,7 @@
 """The tool `bbz` as `python -m bittybuzz`."""
 
 import os
+import shutil
 import signal
 import sys
 
@@ -9,7 +10,13 @@ from ._bittybuzz import main
 
 def bbz() -> int:
     """Runs the tool with the arguments of this process. Returns its exit status."""
-    return _run([os.path.basename(sys.argv[0])])
+    return _run([_word(os.path.abspath(sys.argv[0]))])
+
+
+def _word(path: str) -> str:
+    """The word that starts a program from any folder: its name, if the shell finds it by that."""
+    name = os.path.basename(path)
+    return name if shutil.which(name) == path else path
 
 
 def _run(program: list[str]) -> int:
@@ -19,4 +26,4 @@ def _run(program: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(_run([os.path.basename(sys.executable), "-m", "bittybuzz"]))
+    sys.exit(_run([_word(sys.executable), "-m", "bittybuzz"]))

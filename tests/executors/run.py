@@ -8,6 +8,7 @@ from __future__ import annotations
 import concurrent.futures
 import contextlib
 import hashlib
+import json
 import os
 import pathlib
 import subprocess
@@ -205,17 +206,35 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
 
 def slurm(study: pathlib.Path) -> pathlib.Path:
-    """The job array of docs/data.md."""
+    """A job array that is canceled, and one that carries out the rest, as docs/data.md says."""
     folder = plan(study)
-    script = folder.with_suffix(".sh")
-    script.write_text(f"""#!/bin/sh
-shard=$((SLURM_ARRAY_TASK_ID + 1))/$SLURM_ARRAY_TASK_COUNT
-exec {' '.join(BBZ)} sweep run {folder} --shard $shard --threads 1
-""")
     with tempfile.TemporaryDirectory() as place, node(pathlib.Path(place)) as environment:
-        array = ["sbatch", "--wait", "--array=0-3", f"--chdir={study.parent}", str(script)]
-        subprocess.run(array, env=environment, check=True, stdout=subprocess.DEVNULL)
+        os.environ.update(environment)
+        bbz("sweep", "submit", folder, "--tasks", 4, "--", "--begin=now+1hour")
+        waiting = tasks(folder)
+        if waiting["waiting"] != 4:
+            raise SystemExit(f"four tasks wait for their time: {waiting}")
+        bbz("sweep", "cancel", folder)
+        bbz("sweep", "submit", folder, "--", "--time=5")
+        end = time.monotonic() + PATIENCE_S
+        while (state := tasks(folder))["running"] + state["waiting"] > 0:
+            if time.monotonic() > end:
+                raise SystemExit(f"the tasks do not end: {state}")
+            time.sleep(0.5)
+        if state["failed"] or state["ended"] != len(missing_before(folder)):
+            raise SystemExit(f"tasks have failed: {state}")
     return merge(folder)
+
+
+def tasks(folder: pathlib.Path) -> dict[str, Any]:
+    """The state of the job array. The status of the command says if there are missing chunks."""
+    done = subprocess.run([*BBZ, "sweep", "status", folder, "--json"], capture_output=True, text=True, check=False)
+    return json.loads(done.stdout)["slurm"]
+
+
+def missing_before(folder: pathlib.Path) -> list[str]:
+    """The lines of the last submission, one for each task."""
+    return (folder.with_suffix(".slurm") / "2" / "tasks").read_text().splitlines()
 
 
 ENGINES = {one.__name__: one for one in (shell, processes, dask, ray, hyperqueue, slurm)}

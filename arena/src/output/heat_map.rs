@@ -40,7 +40,7 @@ const NAME_MAX: [usize; 2] = [8, 24];
 /// A picture of a number for each pair of values of two parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeatMap {
-    /// Sentence over the cells, which says what their numbers are.
+    /// Sentence over the cells, which names their numbers.
     pub caption: String,
     /// Name and values of the parameter of the columns, from left to right; at most [`CELLS_MAX`].
     pub x: (String, Vec<String>),

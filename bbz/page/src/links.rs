@@ -104,7 +104,7 @@ async fn run(
         return StatusCode::NOT_FOUND.into_response();
     }
     let (answer, answered) = oneshot::channel();
-    // Without a receiver of this channel, nobody answers.
+    // Without a receiver of this channel, there is no answer.
     let _ = shared.asked.send(AskedPage { number, answer });
     match answered.await {
         Ok(Ok(address)) => safe(Redirect::to(&address)),

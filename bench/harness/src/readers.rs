@@ -3,7 +3,8 @@
 use crate::error::BenchError;
 use crate::host;
 use anyhow::Result;
-use bittybuzz_builds::shell::{Invocation, is_installed, target};
+use bittybuzz_builds::cargo_test::all_tests;
+use bittybuzz_builds::shell::{is_installed, target};
 use fs_err as fs;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
@@ -88,11 +89,10 @@ fn measure(program: &Path, folder: &Path) -> Result<Vec<Work>> {
     is_whole.then(|| works.collect()).ok_or_else(|| unexpected().into())
 }
 
-/// Builds the tests of bbz, and returns their program.
+/// Builds the tests of libraries with all that is shared by builds of tests. Returns the program of bbz.
 fn test_program() -> Result<PathBuf> {
-    let options = ["--no-run", "--message-format", "json-render-diagnostics"];
-    let arguments = [&["test", "--package", "bbz", "--lib"], &options[..]].concat();
-    let messages = Invocation::cargo(&arguments).unannounced().shown_errors()?;
+    let options = ["--lib", "--no-run", "--message-format", "json-render-diagnostics"];
+    let messages = all_tests(&options, &[]).unannounced().shown_errors()?;
     let executable = |line: &str| {
         let message: Value = serde_json::from_str(line).ok()?;
         let is_test = message["target"]["name"] == "bbz_tool" && message["profile"]["test"] == true;

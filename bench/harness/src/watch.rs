@@ -5,11 +5,13 @@ use crate::error::BenchError;
 use crate::host;
 use crate::report::grouped;
 use anyhow::Result;
-use bittybuzz_builds::shell::{Invocation, is_installed, root, target};
+use bittybuzz_builds::cargo_test::all_tests;
+use bittybuzz_builds::shell::{is_installed, root, target};
 use fs_err as fs;
 
-/// The package of the program, which cargo builds as the tests are built.
+/// The package of the program, which cargo builds as the tests are built, and its test.
 const PACKAGE: &str = "bittybuzz-bench-watch";
+const TEST: &str = "bench-watch";
 /// The names of its functions, see [`host::count`].
 const FUNCTIONS: [&str; 2] =
     ["bittybuzz_bench_watch::counted", "bittybuzz_bench_watch::write_counts"];
@@ -32,7 +34,8 @@ pub fn check() -> Result<Vec<String>> {
     if !is_installed(host::RUNNER) {
         return Err(BenchError::Missing { program: host::RUNNER }.into());
     }
-    Invocation::cargo(&["build", "--package", PACKAGE]).unannounced().run()?;
+    // Before the test of a program, cargo builds the program.
+    all_tests(&["--no-run", "--quiet", "--test", TEST], &[]).unannounced().run()?;
     let program = root().join("target/debug").join(PACKAGE);
     let folder = target()?.join("bench");
     fs::create_dir_all(&folder)?;

@@ -3,7 +3,7 @@
 use crate::Verdict;
 use anyhow::Result;
 use bittybuzz_builds::board::CRAZYFLIE;
-use bittybuzz_builds::cargo_test::cargo_test;
+use bittybuzz_builds::cargo_test::image_tests;
 
 /// The only item.
 const FLIGHTS: &str = "flights";
@@ -14,8 +14,7 @@ pub fn items() -> Vec<String> {
 
 pub fn run(_: &str) -> Result<Verdict> {
     let firmware = CRAZYFLIE.build(None, false)?;
-    let chosen = ["--package", "bittybuzz-hil", "--test", "hil", "--", "flight_examples::"];
-    let line = cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
+    let line = image_tests(&["flight_examples::", "--ignored", "--nocapture"])?;
     let line = line.env("BITTYBUZZ_CRAZYFLIE", &firmware.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;
     let printed = String::from_utf8_lossy(&output.stdout);

@@ -7,7 +7,7 @@ use crate::simulator::{self, Build};
 use crate::sources::write;
 use anyhow::{Result, bail, ensure};
 use bittybuzz_builds::board::KILOBOT;
-use bittybuzz_builds::cargo_test::cargo_test;
+use bittybuzz_builds::cargo_test::image_tests;
 use bittybuzz_builds::shell::{Invocation, root, target};
 use fs_err as fs;
 use std::path::{Path, PathBuf};
@@ -84,8 +84,7 @@ pub fn run(item: &str) -> Result<Verdict> {
 
 fn medians() -> Result<Verdict> {
     let behaviors = KILOBOT.build_behaviors(true)?;
-    let chosen = ["--package", "bittybuzz-hil", "--test", "hil", "--", "behaviors::"];
-    let line = cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
+    let line = image_tests(&["behaviors::", "--ignored", "--nocapture"])?;
     let line = line.env("BITTYBUZZ_BEHAVIORS", &behaviors.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;
     let printed = String::from_utf8_lossy(&output.stdout);

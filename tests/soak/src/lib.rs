@@ -30,7 +30,7 @@ mod zooids;
 pub use fuzz::{FOLDER as FUZZ, lint as lint_fuzz_targets};
 
 use anyhow::{Result, bail, ensure};
-use bittybuzz_builds::cargo_test::cargo_test;
+use bittybuzz_builds::cargo_test::{all_tests, image_tests};
 use bittybuzz_builds::shell::target;
 use fs_err as fs;
 use sources::Sources;
@@ -239,9 +239,7 @@ fn require(part: &str, item: &str, run: impl Fn(&str) -> Result<Verdict>) -> Res
 
 fn noise() -> Result<Verdict> {
     let image = bittybuzz_builds::board::CRAZYFLIE.build(None, false)?;
-    let chosen =
-        ["--package", "bittybuzz-hil", "--test", "hil", "--", "link::", "swarm::", "resets::"];
-    cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat())
+    image_tests(&["link::", "swarm::", "resets::", "--ignored", "--nocapture"])?
         .env("BITTYBUZZ_CRAZYFLIE", &image.display().to_string())
         .run()?;
     Ok(Verdict::Shown("no harm".to_owned()))
@@ -253,15 +251,15 @@ fn blocks() -> Vec<String> {
 }
 
 fn random(seeds: &str) -> Result<Verdict> {
-    let arguments = ["--package", "bittybuzz-tests", "--test", "tests", "random_programs::"];
-    cargo_test(&arguments).env("BITTYBUZZ_SEEDS", seeds).run()?;
+    let tests = all_tests(&["--test", "tests"], &["random_programs::"]);
+    tests.env("BITTYBUZZ_SEEDS", seeds).run()?;
     Ok(Verdict::Shown("all the same".to_owned()))
 }
 
 /// All scripts, with each of their allocations made to fail.
 fn torture() -> Result<Verdict> {
-    let arguments = ["--package", "bittybuzz-tests", "--test", "tests", "torture::"];
-    cargo_test(&arguments).env("BITTYBUZZ_TORTURE", "all").run()?;
+    let tests = all_tests(&["--test", "tests"], &["torture::"]);
+    tests.env("BITTYBUZZ_TORTURE", "all").run()?;
     Ok(Verdict::Shown("all the same, or a clean fault".to_owned()))
 }
 

@@ -6,7 +6,7 @@ use crate::simulator::Build;
 use crate::sources::clear_table;
 use anyhow::Result;
 use bittybuzz_builds::board::ZOOIDS;
-use bittybuzz_builds::cargo_test::cargo_test;
+use bittybuzz_builds::cargo_test::image_tests;
 use bittybuzz_builds::shell::{Invocation, target};
 use fs_err as fs;
 
@@ -85,8 +85,7 @@ fn describe(mut times: Vec<f64>) -> String {
 
 fn backends() -> Result<Verdict> {
     let firmware = ZOOIDS.build(None, false)?;
-    let chosen = ["--package", "bittybuzz-hil", "--test", "hil", "--", "backends::"];
-    let line = cargo_test(&[&chosen[..], &["--ignored", "--nocapture"]].concat());
+    let line = image_tests(&["backends::", "--ignored", "--nocapture"])?;
     let line = line.env("BITTYBUZZ_ZOOIDS", &firmware.display().to_string());
     let output = line.output_if(|output| output.status.code().is_some())?;
     let printed = String::from_utf8_lossy(&output.stdout);

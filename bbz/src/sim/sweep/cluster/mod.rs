@@ -53,7 +53,7 @@ impl Problem for SubmitError {
 pub struct SubmitArguments {
     /// Folder of `bbz sweep plan`
     folder: PathBuf,
-    /// Number of tasks of the job array [default: one for each chunk, up to what Slurm allows]
+    /// Number of tasks of the job array [default: one for each chunk, up to Slurm's limit]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     tasks: Option<u32>,
     /// Options of sbatch, such as `-- --time=01:00:00 --partition=short`

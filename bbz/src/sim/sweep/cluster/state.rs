@@ -40,7 +40,7 @@ pub struct ClusterState {
     waiting: usize,
     ended: usize,
     failed: Vec<FailedTask>,
-    /// The time until the last chunk is finished in s, at the rate so far; `None` if it is not known.
+    /// Seconds until the last chunk is finished, at the mean rate; `None` if it is not known.
     seconds_left: Option<u64>,
 }
 

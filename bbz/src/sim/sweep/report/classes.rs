@@ -68,7 +68,7 @@ fn of_numbers(
     let class = |number: &f64| (((number - low) / width) as usize).min(INTERVALS - 1);
     let of_points = numbers.iter().map(class).collect();
     let places: Vec<f64> = (0..INTERVALS).map(|at| low + (at as f64 + 0.5) * width).collect();
-    // As many digits as tell the middles of the intervals apart.
+    // Enough digits for the middles of the intervals to differ.
     let decimals = (1.0 - width.log10()).ceil().clamp(0.0, 12.0) as usize;
     let names = places.iter().map(|place| format!("{place:.decimals$}")).collect();
     let name = format!("{name} (middles of {INTERVALS} intervals)");

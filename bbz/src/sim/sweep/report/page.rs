@@ -77,7 +77,7 @@ impl Report<'_> {
         html + "</html>\n"
     }
 
-    /// Writes what the runs are of.
+    /// Writes the numbers of points and runs.
     fn write_counts(&self, html: &mut String) {
         let (results, plan) = (self.results, &self.results.study.runs.plan);
         let ended = results.ended_count() + results.failed.len();

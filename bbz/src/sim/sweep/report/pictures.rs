@@ -7,7 +7,7 @@ use super::classes::Classes;
 use super::estimate::{Estimate, Observation, estimate, words};
 use super::results::Results;
 
-/// The most curves whose bands are told apart.
+/// The most curves whose bands a reader can distinguish.
 const CURVES_MAX: usize = 7;
 
 /// Draws a metric against each parameter of numbers. With one other parameter of few values, each of these
@@ -84,7 +84,7 @@ fn map(results: &Results, metric: usize, x: &Classes, y: &Classes) -> Option<Str
     Some(map.draw())
 }
 
-/// Returns the sentence over a picture, which says what its numbers are, and of how many runs.
+/// Returns the sentence over a picture, which names its numbers and the number of runs.
 fn caption(results: &Results, numbers: &str, estimates: impl Iterator<Item = Estimate>) -> String {
     let used: Vec<Estimate> = estimates.filter(|estimate| estimate.runs > 0).collect();
     let counts = used.iter().map(|estimate| estimate.runs);
