@@ -54,6 +54,12 @@ impl RunData {
         }
     }
 
+    /// Returns the cells of all columns, for rows that are added column by column. The caller adds the same
+    /// number of cells to each.
+    pub fn cells(&mut self) -> &mut [Cells] {
+        &mut self.cells
+    }
+
     /// Sorts the rows that wait by a column of integers. Rows with the same number stay in their
     /// order.
     pub fn sort_by(&mut self, column: usize) {

@@ -8,6 +8,7 @@ mod single;
 
 use bittybuzz_arena::run::{Observer, RunWatcher, Setup, Simulation, Summary, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{DataSection, Quantity, Scenario};
+use bittybuzz_tables::Cells;
 
 use crate::data::{Cell, RunData, count, integer, text};
 
@@ -88,21 +89,27 @@ impl RunTables {
     fn add_sample(&mut self, simulation: &Simulation) {
         let [run, tick] = [u64::from(self.run), simulation.now()].map(count);
         let setup = simulation.setup();
-        for robot in 0..simulation.robot_count() {
-            // A robot that has not joined has no state.
-            if simulation.view(robot).is_none() {
-                continue;
-            }
-            let id = count(setup.id(robot).into());
-            let readings = self.robot_columns.iter();
-            let readings =
-                readings.map(|column| column.cell(&simulation.read(&column.probe, robot)));
-            self.robots.push([run, tick, id].map(Cell::Integer).into_iter().chain(readings));
+        // A robot that has not joined has no state.
+        let robots =
+            (0..simulation.robot_count()).filter(|robot| simulation.view(*robot).is_some());
+        let robots: Vec<usize> = robots.collect();
+        let keys = |robot: &usize| [run, tick, count(setup.id(*robot).into())];
+        let [runs, ticks, ids, columns @ ..] = self.robots.cells() else {
+            unreachable!("the table has these three columns")
+        };
+        for (number, cells) in [runs, ticks, ids].into_iter().enumerate() {
+            let Cells::Integers(cells) = cells else { unreachable!("these columns are integers") };
+            cells.extend(robots.iter().map(|robot| keys(robot)[number]));
+        }
+        for (column, cells) in self.robot_columns.iter().zip(columns) {
+            // A text, a table and a function are no numbers.
+            let number = |robot: &usize| simulation.read(&column.probe, *robot).number();
+            column.extend(cells, robots.iter().map(number));
         }
         if let Some(swarm) = &mut self.swarm {
             let measures = self.swarm_columns.iter();
             let measures = measures.map(|column| {
-                column.cell_of(simulation.numbers(&column.probe).first().copied().flatten())
+                column.cell(simulation.numbers(&column.probe).first().copied().flatten())
             });
             swarm.push([run, tick].map(Cell::Integer).into_iter().chain(measures));
         }

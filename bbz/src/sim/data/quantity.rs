@@ -1,8 +1,8 @@
 //! A quantity of a robot as a column of integers or numbers.
 
-use bittybuzz_arena::run::{QuantityProbe, QuantityReading};
+use bittybuzz_arena::run::QuantityProbe;
 use bittybuzz_arena::scenario::Quantity;
-use bittybuzz_tables::{Column, Kind};
+use bittybuzz_tables::{Cells, Column, Kind};
 
 use crate::data::{Cell, optional_integer};
 
@@ -61,13 +61,22 @@ impl QuantityColumn {
         }
     }
 
-    /// Returns the cell of a reading. A text, a table and a function are no numbers.
-    pub fn cell(&self, reading: &QuantityReading<'_>) -> Cell {
-        self.cell_of(reading.number())
+    /// Adds the numbers of one robot after the other to the cells of the column.
+    pub fn extend(&self, cells: &mut Cells, numbers: impl Iterator<Item = Option<f64>>) {
+        match (self.values, cells) {
+            (Values::Tenths, Cells::OptionalIntegers(cells)) => {
+                cells.extend(numbers.map(|number| number.and_then(|mm| integer(mm * 10.0))));
+            }
+            (Values::Whole, Cells::OptionalIntegers(cells)) => {
+                cells.extend(numbers.map(|number| number.and_then(integer)));
+            }
+            (Values::Any, Cells::OptionalNumbers(cells)) => cells.extend(numbers),
+            (_, cells) => unreachable!("{cells:?} are no cells of the column {}", self.name),
+        }
     }
 
     /// Returns the cell of a number.
-    pub fn cell_of(&self, number: Option<f64>) -> Cell {
+    pub fn cell(&self, number: Option<f64>) -> Cell {
         match self.values {
             Values::Tenths => Cell::OptionalInteger(number.and_then(|mm| integer(mm * 10.0))),
             Values::Whole => Cell::OptionalInteger(number.and_then(integer)),
