@@ -3,8 +3,7 @@
 #![cfg(unix)]
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
@@ -235,11 +234,10 @@ fn a_batch_goes_on_with_another_program_of_the_same_sources() {
     let child = start(&folder, &ENDLESS, 20);
     send("-TERM", &child);
     assert_eq!(finish(child).status, Some(130));
-    let other = folder.path("other");
-    std::fs::copy(env!("CARGO_BIN_EXE_bbz"), &other).unwrap();
     // Bytes after its end change nothing that a program does.
-    File::options().append(true).open(&other).unwrap().write_all(b"more").unwrap();
-    let mut command = Command::new(&other);
+    let program = std::fs::read(env!("CARGO_BIN_EXE_bbz")).unwrap();
+    folder.program("other", &[&program, &b"more"[..]].concat());
+    let mut command = Command::new(folder.path("other"));
     command.args(ENDLESS).arg("--resume").current_dir(folder.path("."));
     let mut child = command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().unwrap();
     await_line(&mut child, "20 of 40 runs were finished before");

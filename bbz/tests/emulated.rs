@@ -7,7 +7,6 @@ use crate::support::elf;
 use crate::support::robot;
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::process::Command;
 use std::time::Duration;
@@ -39,11 +38,9 @@ const MESSAGES: [(u16, &str, &str); 3] =
 pub fn folder(test: &str, script: &str) -> Folder {
     let folder = Folder::with(test, "s.bzz", script);
     folder.write("robot.elf", elf::with_messages("raw", &MESSAGES));
-    folder.write("emulator", EMULATOR);
+    folder.program("emulator", EMULATOR.as_bytes());
     folder.write("loaded", "{\"reply\":\"ok\"}\n");
     folder.write("events", "");
-    let executable = fs::Permissions::from_mode(0o755);
-    fs::set_permissions(folder.path("emulator"), executable).unwrap();
     assert_eq!(folder.bbz(&["build", "s.bzz", "--robot", "crazyflie"]).status, Some(0));
     folder
 }
@@ -233,7 +230,7 @@ fn the_emulator_is_found_beside_bbz_and_in_path() {
         .spawn();
     support::finish(in_path.unwrap()).succeeds_with("    0.000000 INFO      boot\n");
     // A copy of bbz only has the programs next to it that the test puts there.
-    fs::copy(env!("CARGO_BIN_EXE_bbz"), folder.path("bbz")).unwrap();
+    folder.program("bbz", &fs::read(env!("CARGO_BIN_EXE_bbz")).unwrap());
     let alone = || {
         let mut command = Command::new(folder.path("bbz"));
         command.args(trace).current_dir(folder.path(""));
@@ -253,7 +250,7 @@ fn failures_of_the_emulator_have_messages() {
     emulate(&folder, &[]).fails_with(3, &["no ARM image"]);
     folder.write("loaded", "nonsense\n");
     emulate(&folder, &[]).fails_with(3, &["nonsense"]);
-    folder.write("emulator", "#!/bin/sh\n");
+    folder.program("emulator", b"#!/bin/sh\n");
     emulate(&folder, &[]).fails_with(3, &["emulator"]);
     fs::remove_file(folder.path("s.bbi")).unwrap();
     emulate(&folder, &["--script", "s.sym"]).fails_with(3, &["`s.sym` describes a script", ".bbi"]);

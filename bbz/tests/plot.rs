@@ -218,11 +218,6 @@ fn messages_name_the_table_and_the_remedy() {
         "error: `study/robots` is a single table\nhelp: name the folder of all tables: `study`\n",
     );
     fails(
-        &["s.toml", "x"],
-        "error: `s.toml` is no table of `bbz sim`\n\
-         help: simulate the scenario with `bbz sim --data DIR`, and name DIR\n",
-    );
-    fails(
         &["study", "global.m"],
         "error: `study` has no quantity `global.m`\nhelp: did you mean `global.n`? it has `x`, \
          `global.n`, `global.word` and `mean(global.n)`; `quantities` in [output.data] of the \
@@ -368,18 +363,69 @@ fn the_commands_of_the_book_draw_the_opinion_curve() {
     let (_, section) = page.split_once("\n## Figures\n").unwrap();
     let commands: Vec<&str> =
         section.lines().filter_map(|line| line.strip_prefix("$ bbz ")).collect();
-    let [simulate, plot] = commands[..] else { panic!("{commands:?}") };
-    let simulate = simulate.replace("--runs 30", "--runs 3 --set world.duration=60");
-    let outcome = folder.bbz(&simulate.split(' ').collect::<Vec<_>>());
-    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
-    let (start, quantity) = plot.split_once('"').unwrap();
-    let (quantity, end) = quantity.split_once('"').unwrap();
-    let words = start.split(' ').chain([quantity]).chain(end.split(' '));
-    let outcome = folder.bbz(&words.filter(|word| !word.is_empty()).collect::<Vec<_>>());
-    outcome.succeeds_with("");
-    let text = String::from_utf8(folder.read("opinion.svg")).unwrap();
-    let document = Document::parse(&text).unwrap();
+    // The command that simulates, and the two that keep the tables.
+    assert_eq!(commands.len(), 3, "{commands:?}");
+    let mut figures = Vec::new();
+    for command in commands {
+        let short = command.replace("--runs 30", "--runs 3 --set world.duration=60");
+        // Every second piece is in quotes.
+        let pieces = short.split('"').enumerate().flat_map(|(number, piece)| match number % 2 {
+            0 => piece.split_whitespace().collect(),
+            _ => vec![piece],
+        });
+        let outcome = folder.bbz(&pieces.collect::<Vec<&str>>());
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+        if command.ends_with("-o opinion.svg") {
+            figures.push(String::from_utf8(folder.read("opinion.svg")).unwrap());
+        }
+    }
+    let [one, text] = &figures[..] else { panic!("{} figures", figures.len()) };
+    assert_eq!(one, text);
+    let document = Document::parse(text).unwrap();
     assert!(texts(&document).contains(&"Median and quartiles of 3 runs"), "{text}");
     // Every 10 s; at the start the scripts have not run.
     assert_eq!(points(lines(&document)[0]).len(), 6);
+}
+
+/// A figure of runs that are simulated for it is that of the tables of the same runs.
+#[test]
+fn a_scenario_is_simulated_for_its_figure() {
+    let folder =
+        Folder::with("plot_scenario", "s.bzz", "n = 0\nG = 1\nfunction step() { n = n + G }\n");
+    folder.write(
+        "s.toml",
+        "[world]\nsize = [300, 300]\nduration = 5\n\
+        [[robots]]\nname = \"w\"\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 3\n\
+        [[measure]]\nname = \"total\"\nvalue = \"sum(global.n)\"\n",
+    );
+    let set = ["--runs", "4", "--set", "robots.w.globals.G=1,3"];
+    let figure = |words: &[&str], name: &str| {
+        let outcome = folder.bbz(&[&["plot"], words, &["-o", name]].concat());
+        outcome.succeeds_with("");
+        String::from_utf8(folder.read(name)).unwrap()
+    };
+    let quantity = "mean(global.n)";
+    let one = figure(&[&["s.toml", quantity, "--by", "G"], &set[..]].concat(), "one.svg");
+    let quantities = format!("output.data.quantities=[\"{quantity}\"]");
+    let words = ["sim", "s.toml", "--headless", "--data", "study", "--set", &*quantities];
+    assert_eq!(folder.bbz(&[&words[..], &set].concat()).status, Some(0));
+    assert_eq!(one, figure(&["study", quantity, "--by", "G"], "two.svg"));
+    assert!(one.contains("Median and quartiles of 4 runs each"), "{one}");
+    // Numbers of runs against a parameter.
+    let one = figure(&[&["s.toml", "total", "--x", "G"], &set[..]].concat(), "three.svg");
+    assert_eq!(
+        folder.bbz(&[&["sim", "s.toml", "--csv", "runs.csv"], &set[..]].concat()).status,
+        Some(0)
+    );
+    assert_eq!(one, figure(&["runs.csv", "total", "--x", "G"], "four.svg"));
+    // Mistakes come before the runs, and name the files of the user.
+    folder
+        .bbz(&["plot", "s.toml", "totl", "--x", "G"])
+        .fails_with(3, &["`s.toml`", "`totl`", "`total`"]);
+    folder.bbz(&["plot", "s.toml", "meen(x)"]).fails_with(2, &["no quantity `meen(x)`"]);
+    folder
+        .bbz(&["plot", "study", quantity, "--runs", "3"])
+        .fails_with(3, &["`study` has tables already"]);
+    let unknown = folder.bbz(&["plot", "s.toml", quantity, "--by", "H", "--runs", "2"]);
+    unknown.fails_with(3, &["`s.toml` has no parameter `H`"]);
 }

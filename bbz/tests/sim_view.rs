@@ -116,7 +116,6 @@ fn folder(test: &str) -> Folder {
 #[cfg(target_os = "linux")]
 mod browser {
     use std::env;
-    use std::os::unix::fs::PermissionsExt;
     use std::path::PathBuf;
     use std::process::Command;
     use std::thread;
@@ -142,10 +141,8 @@ mod browser {
             let folder = folder(test);
             fs::create_dir(folder.path("bin")).unwrap();
             fs::create_dir(folder.path("run")).unwrap();
-            folder.write("bin/xdg-open", PROGRAM);
+            folder.program("bin/xdg-open", PROGRAM.as_bytes());
             folder.write("hold", "");
-            let program = folder.path("bin/xdg-open");
-            fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
             let path = format!("{}:{}", folder.path("bin").display(), env::var("PATH").unwrap());
             let mut command = folder.command(&["sim", "s.toml", "--view"]);
             command.env("PATH", path).env("NOTES", folder.path("."));

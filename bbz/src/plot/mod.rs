@@ -1,6 +1,6 @@
 //! `bbz plot`: draws the tables of runs as curves with quartiles.
 //!
-//! `tables` finds the tables and their columns, `files` reads them, `curves` and `samples` collect the
+//! `simulated` carries out the runs of a scenario first, `tables` finds the tables and their columns, `files` reads them, `curves` and `samples` collect the
 //! numbers of each curve, and the simulator's pictures draw them.
 
 mod curves;
@@ -8,6 +8,7 @@ mod files;
 mod problem;
 mod quantity;
 mod samples;
+mod simulated;
 mod tables;
 
 use std::path::PathBuf;
@@ -18,10 +19,12 @@ use crate::problem::Problem;
 use crate::whole_file::{self, Inputs};
 
 use problem::PlotError;
+use simulated::Simulated;
 use tables::Tables;
 
 const EXAMPLES: &str = "\
 Examples:
+  bbz plot swarm.toml 'mean(global.n)' --runs 30 -o n.svg    simulate 30 runs, and draw them
   bbz plot study 'mean(global.opinion)' -o opinion.svg    over time: median and quartiles of all runs
   bbz plot study x y -o places.svg                        of all robots; a panel for each quantity
   bbz plot study 'mean(global.opinion)' --by GROUP        a curve for each value of a parameter
@@ -37,8 +40,8 @@ const OTHER_PICTURES: [&str; 6] = ["png", "pdf", "jpg", "jpeg", "eps", "ps"];
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct PlotArguments {
-    /// Folder or file of `bbz sim --data`, or table of `bbz sim --csv`
-    #[arg(value_name = "DIR|TABLE.csv")]
+    /// Folder or file of `bbz sim --data`, table of `bbz sim --csv`, or a scenario whose runs are simulated first
+    #[arg(value_name = "DIR|TABLE.csv|SCENARIO.toml")]
     tables: PathBuf,
     /// Quantities to draw, as in [output.data] or the table of runs, each in a panel
     #[arg(value_name = "QUANTITY", required = true)]
@@ -49,6 +52,12 @@ pub struct PlotArguments {
     /// Draw a curve for each value of a parameter, each `run`, or each `robot`
     #[arg(long, value_name = "PARAMETER")]
     by: Option<String>,
+    /// Simulate this number of runs of each combination of values of a scenario [default: that of [sweep], or 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    runs: Option<u32>,
+    /// Values of a key of a scenario, as for `bbz sim`
+    #[arg(long, value_name = "KEY=V1,V2...")]
+    set: Vec<String>,
     /// Write the figure to OUT [default: standard output]
     #[arg(short, long, value_name = "OUT.svg")]
     output: Option<PathBuf>,
@@ -63,7 +72,14 @@ pub fn execute(arguments: &PlotArguments) -> Result<ExitStatus, Box<dyn Problem>
     {
         return Err(PlotError::OtherPicture(path.clone()).into());
     }
-    let tables = Tables::open(&arguments.tables)?;
+    let simulated = match simulated::simulate(arguments)? {
+        Simulated::Tables(simulated) => simulated,
+        Simulated::Ended(status) => return Ok(status),
+    };
+    let tables = match &simulated {
+        Some(simulated) => Tables::open(simulated.path())?.named(&arguments.tables),
+        None => Tables::open(&arguments.tables)?,
+    };
     let mut inputs = Inputs::default();
     tables.add_to(&mut inputs);
     output.iter().try_for_each(|path| inputs.refuse(path))?;
@@ -81,7 +97,7 @@ pub fn execute(arguments: &PlotArguments) -> Result<ExitStatus, Box<dyn Problem>
         Some(path) => whole_file::write(path, picture.as_bytes())?,
         None => output::write(&picture)?,
     }
-    Ok(ExitStatus::Success)
+    Ok(simulated.map_or(ExitStatus::Success, |simulated| simulated.status))
 }
 
 /// Returns the parameter for the horizontal axis, if there is only one.

@@ -31,6 +31,9 @@ pub enum PlotError {
     /// A file of another kind.
     #[error("`{0}` is no table of `bbz sim`")]
     OtherFile(PathBuf),
+    /// Options for the runs of a scenario, with tables of runs that have ended.
+    #[error("`{0}` has tables already, and `--runs` and `--set` are for a scenario")]
+    NoScenario(PathBuf),
     /// A figure of a form that cannot be written.
     #[error("`{0}` would be no SVG")]
     OtherPicture(PathBuf),
@@ -133,10 +136,10 @@ impl Problem for PlotError {
             PlotError::Stream(_) => "write it to a file first".to_owned(),
             PlotError::OtherFile(path) => match path.extension().and_then(|end| end.to_str()) {
                 Some("bbr") => "convert the recording by `bbz export`".to_owned(),
-                Some("toml") => "simulate the scenario with `bbz sim --data DIR`, and name DIR".to_owned(),
                 Some("parquet") => "name the folder that `bbz sim --data` wrote".to_owned(),
                 _ => "name a folder or file of `--data`, or a file of `--csv`".to_owned(),
             },
+            PlotError::NoScenario(_) => "leave them out, or name the scenario".to_owned(),
             PlotError::OtherPicture(path) => format!(
                 "name `{}`; browsers, Inkscape and LaTeX's package svg convert it",
                 path.with_extension("svg").display()

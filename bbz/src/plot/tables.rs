@@ -56,7 +56,7 @@ impl Tables {
             return Err(PlotError::Stream(path.to_owned()).into());
         }
         let end = path.extension().and_then(|end| end.to_str());
-        if path.is_file() && matches!(end, Some("parquet" | "bbr" | "toml")) {
+        if path.is_file() && matches!(end, Some("parquet" | "bbr")) {
             return Err(PlotError::OtherFile(path.to_owned()).into());
         }
         let table = TableFiles::csv(path)?;
@@ -68,6 +68,14 @@ impl Tables {
         };
         *place = Some(table);
         Ok(tables)
+    }
+
+    /// Returns the tables with another path in messages.
+    pub fn named(mut self, path: &Path) -> Self {
+        let tables = self.robots.iter_mut().chain(&mut self.swarm).chain(&mut self.runs);
+        tables.for_each(|table| path.clone_into(&mut table.path));
+        path.clone_into(&mut self.path);
+        self
     }
 
     fn all(&self) -> impl Iterator<Item = &TableFiles> {

@@ -74,7 +74,18 @@ pub fn with_threads<T: Send>(
 
 /// Runs every point with every seed, and prints the usual results.
 pub fn run(arguments: &SimArguments, axes: Vec<Axis>) -> Result<ExitStatus, Box<dyn Problem>> {
-    let Some(study) = Study::open(arguments, axes)? else { return Ok(ExitStatus::CompileError) };
+    let (status, text) = complete(arguments, axes)?;
+    output::write(&text)?;
+    Ok(status)
+}
+
+/// Runs every point with every seed, and writes the files of the command line. Returns the usual results.
+pub fn complete(
+    arguments: &SimArguments,
+    axes: Vec<Axis>,
+) -> Result<(ExitStatus, String), Box<dyn Problem>> {
+    let none = |status| Ok((status, String::new()));
+    let Some(study) = Study::open(arguments, axes)? else { return none(ExitStatus::CompileError) };
     let interrupt = Interrupt::install()?;
     let (journal, found) = journal(&study)?;
     chunks::print_aside(&found.aside);
@@ -110,7 +121,7 @@ pub fn run(arguments: &SimArguments, axes: Vec<Axis>) -> Result<ExitStatus, Box<
         |end: &Result<_, RunFailure>| matches!(end, Err(RunFailure::Run(RunError::Scenario(_))));
     if is_complete && ends.values().all(is_worldless) {
         journal.map_or(Ok(()), Journal::remove)?;
-        return Ok(ExitStatus::CompileError);
+        return none(ExitStatus::CompileError);
     }
     let kept = ends.values().filter(|end| end.is_ok()).count();
     let metrics = study.metrics.iter().map(|metric| metric.name.clone()).collect();
@@ -122,18 +133,19 @@ pub fn run(arguments: &SimArguments, axes: Vec<Axis>) -> Result<ExitStatus, Box<
     if is_complete || kept == 0 {
         journal.map_or(Ok(()), Journal::remove)?;
     }
-    output::write(&match arguments.json {
+    let text = match arguments.json {
         true => table::json(&table).to_string() + "\n",
         false => describe(&study, &numbers, &table),
-    })?;
+    };
     if !is_complete {
         print_interrupt([kept, study.runs.count()], folder.as_deref());
-        return Ok(ExitStatus::Interrupted);
+        return Ok((ExitStatus::Interrupted, text));
     }
     // A failed expectation is a result of the runs, and counted there. An engine that schedules many
     // batches would take another status as a reason to repeat this one.
     let have_ended = table.rows.iter().all(|row| row.error.is_none());
-    Ok(if have_ended { ExitStatus::Success } else { ExitStatus::RuntimeError })
+    let status = if have_ended { ExitStatus::Success } else { ExitStatus::RuntimeError };
+    Ok((status, text))
 }
 
 /// Carries out all runs that are not `known`, until all are finished or the batch is interrupted.

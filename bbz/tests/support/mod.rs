@@ -55,6 +55,19 @@ impl Folder {
         fs::write(self.path(name), bytes).unwrap();
     }
 
+    /// Writes a file that can be executed. A process of its own writes it: a process that another thread
+    /// starts meanwhile would inherit the open file for a moment, in which Linux does not execute the file.
+    #[cfg(unix)]
+    pub fn program(&self, name: &str, bytes: &[u8]) {
+        use std::io::Write;
+
+        let mut writer = Command::new("sh");
+        writer.args(["-c", "cat > \"$0\" && chmod 755 \"$0\""]).arg(self.path(name));
+        let mut writer = writer.stdin(Stdio::piped()).spawn().unwrap();
+        writer.stdin.take().unwrap().write_all(bytes).unwrap();
+        assert!(writer.wait().unwrap().success());
+    }
+
     pub fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap()
     }

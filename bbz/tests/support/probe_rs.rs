@@ -2,7 +2,6 @@
 
 use std::env;
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::process::{Command, Stdio};
 
 use crate::support::{self, Folder, Outcome};
@@ -12,8 +11,7 @@ const NOTE: &str = "#!/bin/sh\necho \"$@\" >> calls\nfor file; do :; done\n";
 
 /// Writes the fake probe-rs, which then executes `script`, into the folder.
 pub fn install(folder: &Folder, script: &str) {
-    folder.write("probe-rs", format!("{NOTE}{script}\n"));
-    fs::set_permissions(folder.path("probe-rs"), PermissionsExt::from_mode(0o755)).unwrap();
+    folder.program("probe-rs", format!("{NOTE}{script}\n").as_bytes());
 }
 
 /// Returns a command whose PATH begins with the folder.

@@ -2,7 +2,6 @@
 //! `cargo xtask soak executors` has a node of Slurm itself.
 
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
 use serde_json::Value;
@@ -37,9 +36,7 @@ fn slurm(folder: &Folder, limit: usize) {
     let programs =
         [("sbatch", SBATCH), ("squeue", SQUEUE), ("scancel", SCANCEL), ("scontrol", SCONTROL)];
     for (name, text) in programs {
-        folder.write(&format!("bin/{name}"), text);
-        let mode = fs::Permissions::from_mode(0o755);
-        fs::set_permissions(folder.path(&format!("bin/{name}")), mode).unwrap();
+        folder.program(&format!("bin/{name}"), text.as_bytes());
     }
     folder.write("limit", limit.to_string());
     folder.write("queue", "");
@@ -158,9 +155,8 @@ fn without_slurm_the_error_says_what_to_do() {
     // Without a job, there is nothing to cancel.
     folder.bbz(&["sweep", "cancel", "s.sweep"]).fails_with(3, &["was not submitted"]);
     fs::create_dir_all(folder.path("bin")).unwrap();
-    folder.write("bin/sbatch", "#!/bin/sh\necho 'sbatch: error: invalid partition' >&2\nexit 1\n");
-    let mode = fs::Permissions::from_mode(0o755);
-    fs::set_permissions(folder.path("bin/sbatch"), mode).unwrap();
+    folder
+        .program("bin/sbatch", b"#!/bin/sh\necho 'sbatch: error: invalid partition' >&2\nexit 1\n");
     let refused =
         finish(super::cluster::command(&folder, &["sweep", "submit", "s.sweep"]).spawn().unwrap());
     refused.fails_with(3, &["`sbatch` failed: sbatch: error: invalid partition"]);
