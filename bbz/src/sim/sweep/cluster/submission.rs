@@ -138,7 +138,10 @@ fn script(folder: &Path, program: &str, sweep: &Path) -> String {
     let job: String =
         name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     let quoted = |path: &Path| shell::quoted(path.as_os_str());
-    let [log, tasks, sweep] = [&*folder.join("%a.log"), &*folder.join(TASKS), sweep].map(quoted);
+    let [tasks, sweep] = [&*folder.join(TASKS), sweep].map(quoted);
+    // sbatch(1): %a is the number of the task, and %% a percent sign.
+    let log = folder.display().to_string().replace('%', "%%") + "/%a.log";
+    let log = quoted(Path::new(&log));
     format!(
         "#!/bin/sh\n\
          # Carries out chunks of a sweep. `bbz sweep submit` has written this.\n\
