@@ -1,6 +1,7 @@
 //! The exit status of this process.
 
-use crate::interrupt;
+/// The exit status of a process that Ctrl-C ended: by convention 128 plus the number of the signal.
+pub const KILLED: i32 = 130;
 
 /// The exit status of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,5 +14,5 @@ pub enum ExitStatus {
     /// A defect of this program ended a session. Rust uses this number for a panic.
     Defect = 101,
     /// Ctrl-C or SIGTERM, before all runs of a batch were finished.
-    Interrupted = interrupt::KILLED as isize,
+    Interrupted = KILLED as isize,
 }

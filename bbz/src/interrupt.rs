@@ -7,7 +7,7 @@ use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::Duration;
 
-use crate::exit::ExitStatus;
+use crate::exit::{ExitStatus, KILLED};
 use crate::problem::Problem;
 
 /// Ctrl-C cannot be taken over.
@@ -16,9 +16,6 @@ use crate::problem::Problem;
 pub struct InterruptError(#[from] ctrlc::Error);
 
 impl Problem for InterruptError {}
-
-/// The exit status of a process that Ctrl-C ended: by convention 128 plus the number of the signal.
-pub const KILLED: i32 = 130;
 
 /// The causes of an interrupt, for messages.
 pub const NAME: &str = "Ctrl-C or SIGTERM";

@@ -5,7 +5,8 @@ use std::io::{self, Read};
 
 use csv::{ErrorKind, Reader, ReaderBuilder, StringRecord};
 
-use crate::reader::{PIECE, TableReadError, Values, Wanted};
+use crate::read_error::TableReadError;
+use crate::values::{PIECE, Values, Wanted};
 
 /// A file that remembers its last byte.
 struct Source {

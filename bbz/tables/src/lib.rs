@@ -27,11 +27,15 @@ mod csv;
 mod csv_reader;
 mod parquet;
 mod parquet_reader;
+mod read_error;
 mod reader;
 mod schema;
+mod values;
 mod writer;
 
 pub use block::{Block, BlockError, Cells};
-pub use reader::{Pieces, TableReadError, TableReader, Values, Wanted};
+pub use read_error::TableReadError;
+pub use reader::{Pieces, TableReader};
 pub use schema::{Column, Kind, Schema, SchemaError};
+pub use values::{Values, Wanted};
 pub use writer::{Form, TableError, TableWriter};

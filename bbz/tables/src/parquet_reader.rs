@@ -11,7 +11,8 @@ use parquet::errors::ParquetError;
 use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use parquet::schema::types::ColumnDescPtr;
 
-use crate::reader::{PIECE, TableReadError, Values, Wanted};
+use crate::read_error::TableReadError;
+use crate::values::{PIECE, Values, Wanted};
 
 /// A file that is asked for no more bytes than it has: the library reserves memory for all bytes
 /// that a damaged file names.

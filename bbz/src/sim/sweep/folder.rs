@@ -1,9 +1,10 @@
 //! The folder of a sweep, and the study whose runs it has.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
-use bittybuzz_chunks::{Folder, Plan, Store};
+use bittybuzz_chunks::{Folder, Outcome, Plan, Store};
 
 use crate::chunks::StoreProblem;
 use crate::problem::Problem;
@@ -61,6 +62,15 @@ pub fn study<'a>(
     };
     experiment::check(&study, plan, &store.path())?;
     Ok(Some(study))
+}
+
+/// Returns the chunks of a plan that are not finished.
+pub fn missing(plan: &Plan, outcomes: &BTreeMap<usize, Outcome>) -> Vec<usize> {
+    let is_whole = |chunk: &usize| {
+        let runs = plan.runs_of(*chunk);
+        outcomes.range(runs.clone()).count() == runs.len()
+    };
+    (0..plan.chunks()).filter(|chunk| !is_whole(chunk)).collect()
 }
 
 /// Refuses a result that would be in the folder of a sweep.

@@ -1,9 +1,8 @@
 //! `bbz sweep status`: counts runs.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use bittybuzz_chunks::{Outcome, Plan};
+use bittybuzz_chunks::Outcome;
 use clap::Args;
 use serde_json::json;
 
@@ -38,7 +37,7 @@ pub fn execute(arguments: &StatusArguments) -> Result<ExitStatus, Box<dyn Proble
     let (finished, total) = (found.outcomes.len(), runs.count());
     let failed = found.outcomes.values().filter(is_failed).count();
     let chunks = store.plan().chunks();
-    let missing = missing(store.plan(), &found.outcomes);
+    let missing = folder::missing(store.plan(), &found.outcomes);
     let cluster = match arguments.missing {
         true => None,
         false => cluster::state(&arguments.folder, &missing)?,
@@ -77,13 +76,4 @@ pub fn execute(arguments: &StatusArguments) -> Result<ExitStatus, Box<dyn Proble
     };
     output::write(&text)?;
     Ok(if missing.is_empty() { ExitStatus::Success } else { ExitStatus::RuntimeError })
-}
-
-/// Returns the chunks of a plan that are not finished.
-pub fn missing(plan: &Plan, outcomes: &BTreeMap<usize, Outcome>) -> Vec<usize> {
-    let is_whole = |chunk: &usize| {
-        let runs = plan.runs_of(*chunk);
-        outcomes.range(runs.clone()).count() == runs.len()
-    };
-    (0..plan.chunks()).filter(|chunk| !is_whole(chunk)).collect()
 }

@@ -76,7 +76,7 @@ pub fn submit(arguments: &SubmitArguments) -> Result<ExitStatus, Box<dyn Problem
     let runs = experiment::runs(plan);
     let found = store.all(|run| runs.key(run)).map_err(StoreProblem)?;
     chunks::print_aside(&found.aside);
-    let missing = super::status::missing(plan, &found.outcomes);
+    let missing = folder::missing(plan, &found.outcomes);
     if missing.is_empty() {
         output::write("all runs are finished\n")?;
         return Ok(ExitStatus::Success);
