@@ -100,10 +100,10 @@ pub fn ci(step: Option<Step>) -> Result<()> {
 }
 
 /// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
-/// emulators count while the tests are compiled, and the sample of the long tests runs next to the
-/// browsers. The lints of host programs need no package, and run while packages come from the network and
-/// next to the other lints. The tests include the comparison with WebAssembly, for which the step `wasm`
-/// would run the worlds once more.
+/// emulators count while the tests are compiled, and the sample of the long tests and the module of Python
+/// are next to the browsers. The lints of host programs need no package, and run while packages come from
+/// the network and next to the other lints. The tests include the comparison with WebAssembly, for which
+/// the step `wasm` would run the worlds once more.
 fn all_steps() -> Result<()> {
     let start = Instant::now();
     at_once(lint_host, || {
@@ -124,10 +124,9 @@ fn all_steps() -> Result<()> {
     Step::Tests.report(tests);
     Step::Wasm.report(tests);
     run(&[Step::Guides])?;
-    // The samples build images where the tests find those of the robots.
-    let samples = Instant::now();
-    at_once(|| run(&[Step::Page, Step::Python]), Step::sample)?;
-    Step::Soak.report(samples);
+    // The samples build images where the tests find those of the robots. The module of Python is compiled
+    // after them, while the browsers still wait.
+    at_once(|| run(&[Step::Page]), || run(&[Step::Soak, Step::Python]))?;
     Ok(())
 }
 
