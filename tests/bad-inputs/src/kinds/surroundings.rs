@@ -179,9 +179,10 @@ fn damaged_sweep(bases: &Bases, random: &mut Random, seed: u64) -> Case {
         &["sweep", "merge", "s.sweep", "-o", "out.csv"],
         &["sweep", "plan", "s.toml", "--runs", "160"],
         &["sweep", "run", "s.sweep", "--chunk", "3", "--retry"],
+        &["sweep", "report", "s.sweep", "-o", "out.html"],
     ];
     let case = Case::new(one(random, commands).iter().copied()).with("s.toml", SCENARIO);
-    let case = case.with("s.bzz", SCRIPT).writing("s.sweep").writing("out.csv");
+    let case = case.with("s.bzz", SCRIPT).writing("s.sweep").writing("out.csv").writing("out.html");
     damaged(bases, random, seed)
         .into_iter()
         .filter(|(name, _)| name != "lock")

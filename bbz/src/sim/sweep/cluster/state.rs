@@ -72,12 +72,16 @@ impl Log {
     }
 }
 
-/// Returns the state of the last submission of a sweep; `None` if there is none. `missing` are the chunks
-/// that are not finished.
-pub fn state(sweep: &Path, missing: &[usize]) -> Result<Option<ClusterState>, Box<dyn Problem>> {
+/// Returns the state of the last submission of a sweep; `None` if there is none. `chunks` is the number of
+/// chunks of the plan, and `missing` are those that are not finished.
+pub fn state(
+    sweep: &Path,
+    chunks: usize,
+    missing: &[usize],
+) -> Result<Option<ClusterState>, Box<dyn Problem>> {
     let Some(submission) = Submission::last(sweep)? else { return Ok(None) };
     let Some(job) = submission.job.clone() else { return Ok(None) };
-    let (tasks, chunks) = submission.tasks()?;
+    let (tasks, chunks) = submission.tasks(chunks)?;
     let queue = match slurm::queue(&job) {
         Ok(queue) => queue,
         // The counts of runs are right without Slurm, too.

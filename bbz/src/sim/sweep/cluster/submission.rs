@@ -1,6 +1,7 @@
 //! The folder of a submission: script, chunks of each task, job, and logs.
 
 use std::fs;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use crate::file_error::FileError;
@@ -86,19 +87,15 @@ impl Submission {
         whole_file::write(&self.folder.join(JOB), format!("{job}\n").as_bytes())
     }
 
-    /// Returns the number of tasks, and the chunks that they carry out.
-    pub fn tasks(&self) -> Result<(usize, Vec<usize>), FileError> {
+    /// Returns the number of tasks, and the chunks of a plan with `chunks` chunks that they carry out. A
+    /// later plan may have fewer.
+    pub fn tasks(&self, chunks: usize) -> Result<(usize, Vec<usize>), FileError> {
         let path = self.folder.join(TASKS);
         let text = fs::read_to_string(&path).map_err(|error| FileError::reading(&path, error))?;
         let ranges = text.split_whitespace().filter(|word| *word != "--chunk");
-        let chunks = ranges.flat_map(|range| {
-            let (from, to) = range.split_once('-').unwrap_or((range, range));
-            match (from.parse::<usize>(), to.parse::<usize>()) {
-                (Ok(from), Ok(to)) => from..to + 1,
-                _ => 0..0,
-            }
-        });
-        Ok((text.lines().count(), chunks.collect()))
+        let ranges: Vec<RangeInclusive<usize>> = ranges.filter_map(range).collect();
+        let is_in = |chunk: &usize| ranges.iter().any(|range| range.contains(chunk));
+        Ok((text.lines().count(), (0..chunks).filter(is_in).collect()))
     }
 
     /// Returns the path of the log of a task.
@@ -118,6 +115,12 @@ fn beside(sweep: &Path) -> PathBuf {
         Some(end) if end == "sweep" => sweep.with_extension("slurm"),
         _ => whole_file::with_suffix(&sweep, ".slurm"),
     }
+}
+
+/// Returns the chunks of a word such as `3` or `3-7`.
+fn range(word: &str) -> Option<RangeInclusive<usize>> {
+    let (first, last) = word.split_once('-').unwrap_or((word, word));
+    Some(first.parse().ok()?..=last.parse().ok()?)
 }
 
 /// Returns the options of `bbz sweep run` for some chunks, with successive ones as ranges.
@@ -183,11 +186,22 @@ mod tests {
         let chunks: Vec<usize> = (0..40).filter(|chunk| chunk % 7 != 3).collect();
         for tasks in [1, 6, chunks.len()] {
             let submission = Submission::write(&sweep, 2, &chunks, tasks).unwrap();
-            assert_eq!(submission.tasks().unwrap(), (tasks, chunks.clone()));
+            assert_eq!(submission.tasks(40).unwrap(), (tasks, chunks.clone()));
             let script = fs::read_to_string(submission.script()).unwrap();
             assert!(script.contains(&format!("--array=1-{tasks}\n")), "{script}");
         }
         assert_eq!(Submission::last(&sweep).unwrap().unwrap().job, None);
+    }
+
+    #[test]
+    fn damaged_tasks_are_no_chunks() {
+        let folder = tempfile::tempdir().unwrap();
+        let sweep = folder.path().join("s.sweep");
+        fs::create_dir(&sweep).unwrap();
+        let submission = Submission::write(&sweep, 1, &[0], 1).unwrap();
+        let text = "--chunk 0-18446744073709551615\n--chunk 5-2 x 7- -\n";
+        fs::write(submission.folder.join(TASKS), text).unwrap();
+        assert_eq!(submission.tasks(3).unwrap(), (2, vec![0, 1, 2]));
     }
 
     #[test]
