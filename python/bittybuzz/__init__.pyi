@@ -378,6 +378,11 @@ class Simulation:
     def logs(self) -> list[LogLine]:
         """Returns the lines that scripts logged since the last call, at most the last 100,000."""
 
+    def measures(self) -> dict[str, float | None]:
+        """Returns each `[[measure]]` of the scenario by its name, as it is now.
+
+        `None` stands for a time that was not reached yet, and for a number that does not exist.
+        """
     def expectations(self) -> list[Expectation]:
         """Returns the expectations of the scenario with their current outcomes."""
 

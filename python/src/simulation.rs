@@ -403,6 +403,19 @@ impl Simulation {
         self.with(|state| Ok(state.take_log()))
     }
 
+    /// Returns the measures of the scenario by their names, as they are now. `None` stands for a time that
+    /// was not reached yet, and for a number that does not exist.
+    fn measures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let measures: Vec<(String, Option<f64>)> = self.with(|state| {
+            let values = state.run.summary().measures;
+            let names = state.run.setup().scenario.measures.iter().map(|one| one.name.clone());
+            Ok(names.zip(values).collect())
+        })?;
+        let named = PyDict::new(py);
+        measures.into_iter().try_for_each(|(name, value)| named.set_item(name, value))?;
+        Ok(named)
+    }
+
     /// Returns the expectations of the scenario with their current outcomes.
     fn expectations(&self) -> PyResult<Vec<Expectation>> {
         self.with(|state| Ok(expectation::all(&state.run)))

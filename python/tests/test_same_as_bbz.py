@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import pathlib
 import subprocess
@@ -89,3 +90,40 @@ def test_an_image_is_the_same(root: pathlib.Path, tmp_path: pathlib.Path, bbz: C
     script = bittybuzz.compile(path, robot="kilobot")
     assert script.image == (tmp_path / "gradient.bbi").read_bytes()
     assert script.diagnostics == []
+
+
+def test_measures_are_the_columns_of_the_table(tmp_path: pathlib.Path, bbz: Callable[..., str]) -> None:
+    (tmp_path / "s.bzz").write_text("n = 0\nfunction step() { n = n + 1 }\n")
+    (tmp_path / "s.toml").write_text(
+        """[world]
+size = [300, 300]
+duration = 9
+[[robots]]
+robot = "kilobot"
+script = "s.bzz"
+count = 3
+[[measure]]
+name = "total"
+value = "sum(global.n)"
+[[measure]]
+name = "half"
+value = "mean(global.n)"
+above = 40
+[[measure]]
+name = "never"
+value = "mean(global.n)"
+above = 1000
+"""
+    )
+    simulation = bittybuzz.Scenario.load(tmp_path / "s.toml").start()
+    simulation.step(20)
+    before = simulation.measures()
+    assert list(before) == ["total", "half", "never"]
+    assert before["half"] is None and before["total"] == simulation.read("global.n").sum()
+    whole(simulation)
+    table = tmp_path / "runs.csv"
+    bbz("sim", str(tmp_path / "s.toml"), "--runs", "1", "--csv", str(table))
+    [row] = csv.DictReader(table.open())
+    cells = {name: "" if value is None else f"{value:g}" for name, value in simulation.measures().items()}
+    assert cells == {name: row[name] for name in cells}
+    assert cells["half"] != "" and cells["never"] == ""

@@ -36,6 +36,7 @@ def test_a_second_thread_gets_busy_and_never_waits(tmp_path: pathlib.Path) -> No
         simulation.snapshot,
         simulation.logs,
         simulation.expectations,
+        simulation.measures,
         lambda: simulation.read("x"),
         lambda: simulation.write("global.n", 1),
         lambda: simulation.command("fail = 1"),
