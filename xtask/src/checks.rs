@@ -186,7 +186,10 @@ fn workspaces() -> impl Iterator<Item = &'static str> {
 fn carry_out_guides() -> Result<()> {
     let runs = Runs::load()?;
     let due = runs.due()?;
-    println!("guides whose files have changed: {}", due.len());
+    println!(
+        "guides whose files have changed: {}",
+        if due.is_empty() { "none".to_owned() } else { due.join(", ") }
+    );
     let images = if due.is_empty() { Variables::new() } else { build_images()? };
     let tests = guides("changed", &[]);
     images.iter().fold(tests, |tests, (name, path)| tests.env(name, path)).run()
