@@ -64,8 +64,7 @@ impl RunData {
     /// order.
     pub fn sort_by(&mut self, column: usize) {
         let Some(Cells::Integers(keys)) = self.cells.get(column) else { return };
-        let mut order: Vec<usize> = (0..keys.len()).collect();
-        order.sort_by_key(|row| keys[*row]);
+        let order = order(keys);
         for cells in &mut self.cells {
             match cells {
                 Cells::Integers(values) => *values = in_order(values, &order),
@@ -156,6 +155,31 @@ pub fn part_path(folder: &Path, number: usize) -> PathBuf {
     folder.join(format!("{number:05}.parquet"))
 }
 
+/// Returns the rows by their keys; rows with the same key stay in their order.
+fn order(keys: &[i32]) -> Vec<usize> {
+    let range = keys.iter().min().zip(keys.iter().max());
+    let Some((least, most)) = range.map(|(least, most)| (i64::from(*least), i64::from(*most)))
+    else {
+        return Vec::new();
+    };
+    let place = |key: i32| (i64::from(key) - least) as usize;
+    // Robots have small ids, which need no comparisons: each key has the place after those of smaller ones.
+    if (most - least) as usize <= keys.len() {
+        let mut next = vec![0; (most - least) as usize + 2];
+        keys.iter().for_each(|key| next[place(*key) + 1] += 1);
+        (1..next.len()).for_each(|key| next[key] += next[key - 1]);
+        let mut order = vec![0; keys.len()];
+        for (row, key) in keys.iter().enumerate() {
+            order[next[place(*key)]] = row;
+            next[place(*key)] += 1;
+        }
+        return order;
+    }
+    let mut order: Vec<usize> = (0..keys.len()).collect();
+    order.sort_by_key(|row| keys[*row]);
+    order
+}
+
 fn in_order<T: Clone>(values: &[T], order: &[usize]) -> Vec<T> {
     order.iter().map(|row| values[*row].clone()).collect()
 }
@@ -173,4 +197,21 @@ pub fn optional_integer(name: impl Into<String>) -> Column {
 /// Returns a column of texts.
 pub fn text(name: &str) -> Column {
     Column::new(name, Kind::OptionalText)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_with_the_same_key_stay_in_their_order() {
+        let crowd: Vec<i32> = (0..1000).map(|row| (row * 37) % 13 - 6).collect();
+        for keys in
+            [vec![], vec![7], vec![i32::MAX, i32::MIN, 0, i32::MIN], vec![2, 0, 2, 1, 0], crowd]
+        {
+            let mut expected: Vec<usize> = (0..keys.len()).collect();
+            expected.sort_by_key(|row| (keys[*row], *row));
+            assert_eq!(order(&keys), expected, "{keys:?}");
+        }
+    }
 }
