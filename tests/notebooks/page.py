@@ -103,6 +103,8 @@ class Cells:
         self.page = page
         self.inputs = page.locator(".jp-CodeCell .jp-InputArea-editor")
         expect(self.inputs).to_have_count(3, timeout=WAIT * 1000)
+        # JupyterLab runs no cell before its kernel is there.
+        expect(page.get_by_text("| Idle")).to_be_visible(timeout=WAIT * 1000)
 
     def run(self, number: int) -> None:
         """Runs a cell."""
