@@ -426,6 +426,11 @@ fn a_scenario_is_simulated_for_its_figure() {
     folder
         .bbz(&["plot", "study", quantity, "--runs", "3"])
         .fails_with(3, &["`study` has tables already"]);
+    for file in ["s.toml", "s.bzz"] {
+        let before = folder.read(file);
+        folder.bbz(&["plot", "s.toml", quantity, "-o", file]).fails_with(3, &[file]);
+        assert_eq!(folder.read(file), before, "{file}");
+    }
     let unknown = folder.bbz(&["plot", "s.toml", quantity, "--by", "H", "--runs", "2"]);
     unknown.fails_with(3, &["`s.toml` has no parameter `H`"]);
 }

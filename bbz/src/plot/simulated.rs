@@ -36,7 +36,7 @@ pub enum Simulated {
 
 /// Simulates the runs of a scenario, if the command line names one.
 pub fn simulate(arguments: &PlotArguments) -> Result<Simulated, Box<dyn Problem>> {
-    let PlotArguments { tables: scenario, quantities, x, runs, set, .. } = arguments;
+    let PlotArguments { tables: scenario, quantities, x, runs, set, output, .. } = arguments;
     let is_scenario = scenario.is_file() && scenario.extension().is_some_and(|end| end == "toml");
     if !is_scenario {
         return match runs.is_some() || !set.is_empty() {
@@ -50,7 +50,7 @@ pub fn simulate(arguments: &PlotArguments) -> Result<Simulated, Box<dyn Problem>
         Some(_) => (folder.path().join("runs.csv"), Tables::Runs(quantities)),
         None => (folder.path().join("tables"), Tables::OverTime(quantities)),
     };
-    let status = sim::write_tables(scenario, *runs, set, wanted, &path)?;
+    let status = sim::write_tables(scenario, *runs, set, wanted, &path, output.as_deref())?;
     match status {
         // Runs that could not go on are reported, and the others are drawn.
         ExitStatus::Success | ExitStatus::RuntimeError => {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::iter;
 use std::mem;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use annotate_snippets::{Group, Level};
@@ -74,18 +74,23 @@ pub fn with_threads<T: Send>(
 
 /// Runs every point with every seed, and prints the usual results.
 pub fn run(arguments: &SimArguments, axes: Vec<Axis>) -> Result<ExitStatus, Box<dyn Problem>> {
-    let (status, text) = complete(arguments, axes)?;
+    let (status, text) = complete(arguments, axes, None)?;
     output::write(&text)?;
     Ok(status)
 }
 
 /// Runs every point with every seed, and writes the files of the command line. Returns the usual results.
+/// `output` is a file that the caller will write, which must be none that the runs read.
 pub fn complete(
     arguments: &SimArguments,
     axes: Vec<Axis>,
+    output: Option<&Path>,
 ) -> Result<(ExitStatus, String), Box<dyn Problem>> {
     let none = |status| Ok((status, String::new()));
     let Some(study) = Study::open(arguments, axes)? else { return none(ExitStatus::CompileError) };
+    if let Some(path) = output {
+        study.inputs()?.refuse(path)?;
+    }
     let interrupt = Interrupt::install()?;
     let (journal, found) = journal(&study)?;
     chunks::print_aside(&found.aside);
@@ -245,7 +250,6 @@ fn journal(study: &Study) -> Result<(Option<Journal>, Found), Box<dyn Problem>> 
 
 #[cfg(test)]
 pub mod tests {
-    use std::path::Path;
     use std::sync::atomic::AtomicBool;
 
     use bittybuzz_arena::run;

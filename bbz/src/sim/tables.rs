@@ -36,13 +36,15 @@ pub enum Tables<'a> {
 }
 
 /// Simulates many runs of a scenario, and writes their tables to a path that does not exist. Prints
-/// progress and errors alone.
+/// progress and errors alone. `output` is a file that the caller will write, which must be none that the
+/// runs read.
 pub fn write_tables(
     scenario: &Path,
     runs: Option<u32>,
     set: &[String],
     tables: Tables<'_>,
     path: &Path,
+    output: Option<&Path>,
 ) -> Result<ExitStatus, Box<dyn Problem>> {
     let mut sim = SimArguments::of_sweep(scenario.to_owned(), Vec::new(), None);
     (sim.runs, sim.set) = (runs, set.to_owned());
@@ -59,7 +61,7 @@ pub fn write_tables(
     if let Tables::Runs(metrics) = tables {
         check_metrics(&sim, &axes, metrics)?;
     }
-    batch::complete(&sim, axes).map(|(status, _)| status)
+    batch::complete(&sim, axes, output).map(|(status, _)| status)
 }
 
 /// Refuses names that no metric of a scenario has, before its runs take their time.

@@ -108,6 +108,14 @@ fn metrics_and_parameters_are_chosen() {
     unknown.fails_with(3, &["no parameter `F`", "G, H, script"]);
     let inside = folder.bbz(&["sweep", "report", "s.sweep", "-o", "s.sweep/r.html"]);
     inside.fails_with(3, &["in the folder of the sweep"]);
+    // No result takes the place of a file of the user.
+    for (command, file) in
+        [("report", "s.toml"), ("report", "a&<b>.bzz"), ("merge", "s.bzz"), ("merge", "s.toml")]
+    {
+        let before = folder.read(file);
+        folder.bbz(&["sweep", command, "s.sweep", "-o", file]).fails_with(3, &[file]);
+        assert_eq!(folder.read(file), before, "{command} {file}");
+    }
 }
 
 #[test]

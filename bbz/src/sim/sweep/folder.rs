@@ -8,6 +8,7 @@ use bittybuzz_chunks::{Folder, Outcome, Plan, Store};
 
 use crate::chunks::StoreProblem;
 use crate::problem::Problem;
+use crate::whole_file::Inputs;
 
 use super::super::arguments::SimArguments;
 use super::super::study::Study;
@@ -73,8 +74,13 @@ pub fn missing(plan: &Plan, outcomes: &BTreeMap<usize, Outcome>) -> Vec<usize> {
     (0..plan.chunks()).filter(|chunk| !is_whole(chunk)).collect()
 }
 
-/// Refuses a result that would be in the folder of a sweep.
-pub fn refuse(path: &Path, folder: &Path) -> Result<(), Box<dyn Problem>> {
+/// Refuses a result that would be in the folder of a sweep, or in the place of a file that its runs read.
+pub fn refuse(path: &Path, folder: &Path, plan: &Plan) -> Result<(), Box<dyn Problem>> {
+    let scenario = self::beside(folder, &plan.scenario);
+    let mut inputs = Inputs::default();
+    inputs.add(&scenario);
+    plan.files.keys().for_each(|file| inputs.add(&scenario.with_file_name("").join(file)));
+    inputs.refuse(path)?;
     let beside = path.parent().filter(|beside| !beside.as_os_str().is_empty());
     let beside = fs::canonicalize(beside.unwrap_or(Path::new(".")));
     match (beside, fs::canonicalize(folder)) {

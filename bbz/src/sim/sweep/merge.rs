@@ -48,7 +48,10 @@ pub struct MergeArguments {
 /// Carries out the command.
 pub fn execute(arguments: &MergeArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let store = folder::open(&arguments.folder)?;
-    arguments.output.iter().try_for_each(|path| folder::refuse(path, &arguments.folder))?;
+    arguments
+        .output
+        .iter()
+        .try_for_each(|path| folder::refuse(path, &arguments.folder, store.plan()))?;
     let runs = experiment::runs(store.plan());
     let found = store.all(|run| runs.key(run)).map_err(StoreProblem)?;
     chunks::print_aside(&found.aside);

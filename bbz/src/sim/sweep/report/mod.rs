@@ -82,7 +82,7 @@ pub struct ReportArguments {
 pub fn execute(arguments: &ReportArguments) -> Result<ExitStatus, Box<dyn Problem>> {
     let store = folder::open(&arguments.folder)?;
     if let Some(path) = &arguments.output {
-        folder::refuse(path, &arguments.folder)?;
+        folder::refuse(path, &arguments.folder, store.plan())?;
     }
     let sim = folder::arguments(&arguments.folder, store.plan());
     let Some(study) = folder::study(&sim, &store)? else { return Ok(ExitStatus::CompileError) };
