@@ -41,7 +41,8 @@ impl Submission {
         for entry in fs::read_dir(&folder).map_err(unreadable)? {
             let name = entry.map_err(unreadable)?.file_name();
             let number = name.to_str().and_then(|name| name.parse::<u32>().ok());
-            last = last.max(number);
+            // A folder of another program has no number after it.
+            last = last.max(number.filter(|number| *number < u32::MAX));
         }
         let of_number = |number: u32| {
             let folder = folder.join(number.to_string());
@@ -191,6 +192,18 @@ mod tests {
             assert!(script.contains(&format!("--array=1-{tasks}\n")), "{script}");
         }
         assert_eq!(Submission::last(&sweep).unwrap().unwrap().job, None);
+    }
+
+    #[test]
+    fn a_folder_with_the_largest_number_is_none_of_ours() {
+        let folder = tempfile::tempdir().unwrap();
+        let sweep = folder.path().join("s.sweep");
+        fs::create_dir_all(folder.path().join("s.slurm/4294967295")).unwrap();
+        assert_eq!(Submission::last(&sweep).unwrap(), None);
+        Submission::write(&sweep, 7, &[0], 1).unwrap_err();
+        fs::create_dir(&sweep).unwrap();
+        Submission::write(&sweep, 7, &[0], 1).unwrap();
+        assert_eq!(Submission::last(&sweep).unwrap().unwrap().number, 7);
     }
 
     #[test]
