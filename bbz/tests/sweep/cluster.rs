@@ -83,6 +83,18 @@ fn a_job_array_carries_out_what_is_missing() {
 }
 
 #[test]
+fn runs_are_counted_though_a_submission_is_damaged() {
+    let folder = folder("cluster_damaged");
+    slurm(&folder, 1);
+    succeeds(&folder, &["sweep", "plan", "s.toml", "--runs", "8", "--chunk", "1"]);
+    bbz(&folder, &["sweep", "submit", "s.sweep", "--tasks", "4"]);
+    fs::remove_file(folder.path("s.slurm/1/tasks")).unwrap();
+    let status = bbz(&folder, &["sweep", "status", "s.sweep"]);
+    assert!(status.stdout.starts_with("2 of 8 runs are finished"), "{status:?}");
+    assert!(status.stderr.contains("s.slurm/1/tasks"), "{status:?}");
+}
+
+#[test]
 fn the_state_of_tasks_is_shown_and_the_rest_is_submitted_again() {
     let folder = folder("cluster_state");
     slurm(&folder, 1);

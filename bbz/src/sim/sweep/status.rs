@@ -40,7 +40,7 @@ pub fn execute(arguments: &StatusArguments) -> Result<ExitStatus, Box<dyn Proble
     let missing = folder::missing(store.plan(), &found.outcomes);
     let cluster = match arguments.missing {
         true => None,
-        false => cluster::state(&arguments.folder, chunks, &missing)?,
+        false => cluster::state(&arguments.folder, chunks, &missing),
     };
     let unfinished = Names::of(&arguments.folder)?.unfinished;
     let text = match (arguments.json, arguments.missing) {

@@ -72,9 +72,17 @@ impl Log {
     }
 }
 
-/// Returns the state of the last submission of a sweep; `None` if there is none. `chunks` is the number of
-/// chunks of the plan, and `missing` are those that are not finished.
-pub fn state(
+/// Returns the state of the last submission of a sweep; `None` if there is none, or if it is not known, about
+/// which a warning is printed: the counts of runs are right all the same. `chunks` is the number of chunks
+/// of the plan, and `missing` are those that are not finished.
+pub fn state(sweep: &Path, chunks: usize, missing: &[usize]) -> Option<ClusterState> {
+    known_state(sweep, chunks, missing).unwrap_or_else(|problem| {
+        report::warning(&problem.to_string(), problem.help().as_deref());
+        None
+    })
+}
+
+fn known_state(
     sweep: &Path,
     chunks: usize,
     missing: &[usize],
@@ -82,14 +90,7 @@ pub fn state(
     let Some(submission) = Submission::last(sweep)? else { return Ok(None) };
     let Some(job) = submission.job.clone() else { return Ok(None) };
     let (tasks, chunks) = submission.tasks(chunks)?;
-    let queue = match slurm::queue(&job) {
-        Ok(queue) => queue,
-        // The counts of runs are right without Slurm, too.
-        Err(error) => {
-            report::warning(&error.to_string(), error.help().as_deref());
-            return Ok(None);
-        }
-    };
+    let queue = slurm::queue(&job)?;
     let (ended, failed, begin) = ends(&submission, tasks, &queue);
     let count = |state: Queued| queue.values().filter(|queued| **queued == state).count();
     let missing: BTreeSet<&usize> = missing.iter().collect();
