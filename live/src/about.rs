@@ -14,6 +14,9 @@
 //! # try.fr: Emporter la source : move = 1, to = [0, 360]
 //! ```
 
+#[cfg(test)]
+mod examples;
+
 use bittybuzz_compiler::comments::{is_request, leds, page_comments, split_language};
 use serde::Serialize;
 

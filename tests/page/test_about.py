@@ -9,7 +9,8 @@ import xml.etree.ElementTree
 import pytest
 from conftest import note_problems
 from playwright.sync_api import expect
-from test_page import address, at, bbz, end, go, robot, show, window
+from test_accessibility import contrast
+from test_page import address, at, bbz, end, go, place, robot, show, window
 
 __all__ = ["window"]
 
@@ -95,15 +96,21 @@ def page(window, tmp_path):
     assert window.problems == []
 
 
-def drawn(page, folder):
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def bodies(page, folder):
     """The bodies of a drawing, by the ids of the robots."""
     with page.expect_download() as download:
         page.click("#drawing")
     download.value.save_as(folder / "drawing.svg")
-    name = "{http://www.w3.org/2000/svg}"
-    groups = xml.etree.ElementTree.parse(folder / "drawing.svg").getroot().iter(f"{name}g")
-    bodies = [group for group in groups if group.find(f"{name}title") is not None]
-    return {int(body.find(f"{name}title").text): [part.tag.removeprefix(name) for part in body.iter()] for body in bodies}
+    groups = xml.etree.ElementTree.parse(folder / "drawing.svg").getroot().iter(f"{SVG}g")
+    return {int(group.find(f"{SVG}title").text): group for group in groups if group.find(f"{SVG}title") is not None}
+
+
+def drawn(page, folder):
+    """The names of the shapes of each body."""
+    return {robot: [part.tag.removeprefix(SVG) for part in body.iter()] for robot, body in bodies(page, folder).items()}
 
 
 def fact(page, name):
@@ -276,3 +283,28 @@ def test_a_recording_shows_robots_without_names(browser, tmp_path):
     expect(fact(page, "LED")).to_have_text("Yyellow")
     page.close()
     process.wait(timeout=60)
+
+
+def test_groups_have_colors_of_their_own(page, tmp_path):
+    def colors():
+        return {robot: body.find(f".//{SVG}circle").get("fill") for robot, body in bodies(page, tmp_path).items()}
+
+    before = colors()
+    page.get_by_label("Color by").select_option("group")
+    expect(page.locator("#group-legend span")).to_have_text(["crawlers", "rollers", "fliers"])
+    crawler, other, roller, flier = (colors()[robot] for robot in [1, 2, 5, 9])
+    assert crawler == other
+    assert len({crawler, roller, flier}) == 3
+    page.get_by_label("Color by").select_option("state")
+    expect(page.locator("#group-legend")).to_be_hidden()
+    assert colors() == before
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_least_value_is_seen_on_the_ground(page, tmp_path, scheme):
+    page.emulate_media(color_scheme=scheme)
+    page.get_by_label("Color by").select_option("group")
+    ground = page.evaluate("() => getComputedStyle(document.documentElement).getPropertyValue('--ground').trim()")
+    edge = bodies(page, tmp_path)[1].find(f".//{SVG}circle").get("stroke")
+    page.emulate_media(color_scheme="light")
+    assert contrast(f"#{''.join(f'{int(part):02x}' for part in re.findall('[0-9]+', edge))}", ground) >= 3, edge

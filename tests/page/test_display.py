@@ -115,3 +115,19 @@ def test_the_seed_is_changed_in_the_world(page, tmp_path, is_open):
     page.locator("#script-name").select_option("s.toml")
     expect(page.locator("#text .cm-line").nth(1)).to_have_text("seed = 78")
     assert save(page, tmp_path).read_text().startswith(SCENARIO.replace("[world]\n", "[world]\nseed = 78\n"))
+
+
+def test_a_histogram_shows_how_many_robots_have_which_value(page):
+    page.get_by_label("Color by").select_option("x")
+    expect(page.locator("#least")).to_have_text("-30")
+    bars = page.locator("#histogram b")
+    expect(bars).to_have_count(16)
+    titles = bars.evaluate_all("(bars) => bars.map((bar) => bar.title)")
+    assert [titles[0], titles[1], titles[15]] == ["-30 to -25.63: 1 robot", "-25.63 to -21.25: 0 robots", "35.63 to 40: 1 robot"]
+    heights = bars.evaluate_all("(bars) => bars.map((bar) => Math.round(bar.getBoundingClientRect().height))")
+    assert heights[0] == heights[15] > 15 and set(heights[1:15]) == {0}
+    expect(page.get_by_role("img", name="robots from the least value to the greatest, in 16 equal parts: 1, 0,")).to_be_visible()
+    # Equal values have no distribution.
+    page.get_by_label("Color by").select_option("y")
+    expect(page.locator("#most")).to_have_text("0")
+    expect(page.locator("#histogram")).to_be_hidden()

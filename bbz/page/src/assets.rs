@@ -26,7 +26,7 @@ macro_rules! asset {
     };
 }
 
-const ASSETS: [Asset; 55] = [
+const ASSETS: [Asset; 56] = [
     asset!("", "index.html", HTML),
     asset!("style.css", STYLE),
     asset!("about.js", SCRIPT),
@@ -52,6 +52,7 @@ const ASSETS: [Asset; 55] = [
     asset!("grading.js", SCRIPT),
     asset!("ground.js", SCRIPT),
     asset!("labels.js", SCRIPT),
+    asset!("legend.js", SCRIPT),
     asset!("log.js", SCRIPT),
     asset!("main.js", SCRIPT),
     asset!("marks.js", SCRIPT),

@@ -1,7 +1,8 @@
 // Options of the display: a quantity as colors, messages as lines, pictures.
 
-import { element, option, part, save, write } from "./element.js";
+import { element, option, part, save } from "./element.js";
 import { drawing } from "./drawing.js";
+import { hide, sharesOfGroups, showGroups, showValues } from "./legend.js";
 import { texts } from "./texts.js";
 
 /**
@@ -10,6 +11,9 @@ import { texts } from "./texts.js";
  * @import { Curves } from "./curves.js"
  * @import { View } from "./view.js"
  */
+
+// The choice of the colors of groups. No quantity has a blank in its name.
+const BY_GROUP = "by group";
 
 export class DisplayOptions {
     // `ask(request)` asks the session for what is to be seen.
@@ -22,10 +26,12 @@ export class DisplayOptions {
         this.view = view;
         this.curves = curves;
         this.ask = ask;
+        /** @type {World | null} */
+        this.world = null;
         part("messages").addEventListener("change", () => this.changed());
         part("color").addEventListener("change", () => {
             this.changed();
-            this.curves.follow(part("color").value || null);
+            this.curves.follow(this.quantity);
         });
         part("trails").addEventListener("change", () => {
             view.hasTrails = part("trails").checked;
@@ -51,16 +57,18 @@ export class DisplayOptions {
 
     /** @param {World} world */
     begin(world) {
+        this.world = world;
         const before = part("color").value;
         const entries = /** @type {[keyof QuantityNames, string[]][]} */ (Object.entries(world.quantities));
         const groups = entries.filter(([, names]) => names.length > 0);
-        part("color").replaceChildren(option(texts.byState, ""), ...groups.map(([kind, names]) => {
+        const byGroup = world.groups.length > 1 ? [option(texts.byGroup, BY_GROUP)] : [];
+        part("color").replaceChildren(option(texts.byState, ""), ...byGroup, ...groups.map(([kind, names]) => {
             const group = element("optgroup", { label: texts.quantities[kind] });
             const isElsewhere = (/** @type {string} */ name) => kind !== "plot" && world.quantities.plot.includes(name);
             group.append(...names.filter((name) => !isElsewhere(name)).map((name) => option(name)));
             return group;
         }));
-        part("color").disabled = groups.length === 0;
+        part("color").disabled = groups.length + byGroup.length === 0;
         // The same script in another world still has it.
         part("color").value = before;
         if (part("color").selectedIndex < 0) {
@@ -80,12 +88,24 @@ export class DisplayOptions {
         part("tilt").hidden = !this.view.hasFliers && !this.view.camera.isTilted;
     }
 
+    // The chosen quantity; `null`: robots have the colors of their states or groups.
+    get quantity() {
+        const { value } = part("color");
+        return value === "" || value === BY_GROUP ? null : value;
+    }
+
     changed() {
-        const quantity = part("color").value || null;
+        const { quantity, world } = this;
         const messages = part("messages").checked;
         this.view.showMessages({ heard: [], collided: [], lost: [] });
-        this.view.paint(null);
-        part("legend").hidden = true;
+        if (world && part("color").value === BY_GROUP) {
+            const shares = sharesOfGroups(world);
+            this.view.paint(world.groups.flatMap(({ count }, group) => Array(count).fill(shares[group])));
+            showGroups(world);
+        } else {
+            this.view.paint(null);
+            hide();
+        }
         this.ask({ watch: { messages, quantity } });
     }
 
@@ -98,8 +118,6 @@ export class DisplayOptions {
         const robots = this.view.robots.count;
         const all = values.length === robots ? values : Array(robots).fill(values[0]);
         this.view.paint(all.map((value) => (value === null ? null : (value - least) / (most - least || 1))));
-        part("legend").hidden = known.length === 0;
-        write(part("least"), texts.number(least));
-        write(part("most"), texts.number(most));
+        showValues(known, least, most);
     }
 }

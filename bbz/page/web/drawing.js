@@ -100,7 +100,7 @@ function body(view, robot) {
     const degrees = (robots.heading[robot] / 65536) * 360;
     const led = robots.led[robot];
     const lit = [led & 1, (led >> 1) & 1, (led >> 2) & 1].map((on) => on * 0.85 + 0.1);
-    const edge = view.chosen === robot ? colors.chosen : colors.edge;
+    const edge = view.chosen === robot ? colors.chosen : view.edge;
     const limb = view.chosen === robot ? colors.chosen : colors.limb;
     const color = view.colorOf(robot);
     const disc = (/** @type {number} */ share, /** @type {Color} */ fill, rim = 0) => `<circle cx="${x}" cy="${y}" r="${share * radius}" ${paint(fill)}`

@@ -407,7 +407,7 @@ export class View {
 
     drawRobots() {
         const { scene, colors, robots, dragged } = this;
-        scene.drawRobots(robots, { states: colors.states, palette: PALETTE, edge: colors.edge, limb: colors.limb, pixelsMin: robots.count > FEW ? BODY_PIXELS_MIN : BODY_PIXELS_MIN_OF_FEW, dragged, shadow: fade(colors.edge, 0.3) });
+        scene.drawRobots(robots, { states: colors.states, palette: PALETTE, edge: this.edge, limb: colors.limb, pixelsMin: robots.count > FEW ? BODY_PIXELS_MIN : BODY_PIXELS_MIN_OF_FEW, dragged, shadow: fade(colors.edge, 0.3) });
         this.compared.forEach((robot, place) => {
             if (robot !== null && robots.isThere[robot]) {
                 const size = Math.max(this.radii[robot], 4 / this.camera.scale) * 1.35;
@@ -443,6 +443,11 @@ export class View {
     ring(robot, size, color) {
         const [x, y, z] = this.spaceOf(robot);
         this.scene.add(x, y, size, size, 0, SHAPES.ring, color, z);
+    }
+
+    // The least values have a color that is not seen on a dark ground.
+    get edge() {
+        return this.shares ? this.colors.limb : this.colors.edge;
     }
 
     // By its share of the shown quantity, or its state.
