@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use bittybuzz_robot_files::find;
-use bittybuzz_robot_spec::Robot;
+use bittybuzz_robot_spec::{Parameter, Robot};
 use clap::Args;
 
 use crate::exit::ExitStatus;
@@ -72,7 +72,7 @@ pub fn execute(arguments: &NewArguments) -> Result<ExitStatus, Box<dyn Problem>>
     make(folder)?;
     let script = format!("{name}.bzz");
     for (file, text) in [
-        (script.clone(), script_text(&robot).to_owned()),
+        (script.clone(), script_text(&robot)),
         (format!("{name}.toml"), scenario_text(&robot, &reference, &script)),
         ("README.md".to_owned(), readme(name, &reference)),
     ] {
@@ -98,25 +98,38 @@ fn make(folder: &Path) -> Result<(), Box<dyn Problem>> {
     }
 }
 
-fn script_text(robot: &Robot) -> &'static str {
-    if world::has_neighbors(robot) {
-        "\
-# The robots find the greatest of their ids: each remembers the greatest that it has heard, and passes it on.
+/// Returns true if `led(color)` of the robot takes the sum of 1 for red, 2 for green and 4 for blue.
+fn has_led(robot: &Robot) -> bool {
+    let is_color =
+        |list: &Vec<Parameter>| matches!(&list[..], [color] if color.range == Some(0..=7));
+    robot.functions.iter().any(|known| known.name == "led" && known.accepts.iter().any(is_color))
+}
 
-function init() {
+fn script_text(robot: &Robot) -> String {
+    let (color, led) = match has_led(robot) {
+        true => ("\n# Its color tells which one that is.", "\n  led(1 + greatest % 7)"),
+        false => ("", ""),
+    };
+    if world::has_neighbors(robot) {
+        format!(
+            "\
+# The robots find the greatest of their ids: each remembers the greatest that it has heard, and passes it on.{color}
+
+function init() {{
   greatest = id
-  neighbors.listen(\"greatest\", function(topic, value, robot) {
-    if(value > greatest) {
+  neighbors.listen(\"greatest\", function(topic, value, robot) {{
+    if(value > greatest) {{
       greatest = value
       log(\"heard of robot \", value)
-    }
-  })
-}
+    }}
+  }})
+}}
 
-function step() {
-  neighbors.broadcast(\"greatest\", greatest)
-}
+function step() {{
+  neighbors.broadcast(\"greatest\", greatest){led}
+}}
 "
+        )
     } else {
         "\
 # The robot counts its steps.
@@ -130,6 +143,7 @@ function step() {
   if(count % 10 == 0) log(count)
 }
 "
+        .to_owned()
     }
 }
 
@@ -149,7 +163,11 @@ fn scenario_text(robot: &Robot, reference: &str, script: &str) -> String {
             world::SECONDS
         )
     };
-    format!("# The robots of {script}; docs/scenario.md has all keys.\n\n{scenario}\n{expected}")
+    let (count, kind) = (world::COUNT, &robot.name);
+    format!(
+        "# {count} robots of the kind {kind} run {script}.\n\n\
+         # docs/scenario.md has all keys.\n{scenario}\n{expected}"
+    )
 }
 
 /// Returns a README with the commands that a user needs next, from the new folder.

@@ -31,6 +31,10 @@ fn a_new_folder_runs_on_every_robot() {
         folder
             .bbz(&["check", &file("bzz"), "--robot", robot, "--deny", "warnings"])
             .succeeds_with("");
+        // Robots with a lamp show what they know: who watches them sees that they come to agree.
+        let calls = folder.bbz(&["run", &file("bzz"), "--robot", robot, "--steps", "1"]);
+        let is_lit = ["kilobot", "zooids", "crazyflie"].contains(&robot);
+        assert_eq!(calls.stdout.contains("led("), is_lit, "{robot}: {calls:?}");
         let run = folder.bbz(&["sim", &file("toml"), "--headless"]);
         assert_eq!((run.status, run.stderr.as_str()), (Some(0), ""), "{robot}: {}", run.stdout);
         assert!(run.stdout.contains("held"), "{robot}: {}", run.stdout);
