@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use bittybuzz_live::sha256;
+
 use crate::support::Folder;
 
 use super::succeeds;
@@ -144,4 +146,36 @@ fn runs_that_could_not_go_on_are_listed() {
     let html = succeeds(&folder, &["sweep", "report", "s.sweep"]);
     assert!(html.contains("6 of 6 runs are finished, 2 of them could not go on"), "{html}");
     assert_eq!(between(&html, "could not go on</h2>", "</ul>").matches("<li>").count(), 2);
+}
+
+/// Makes the rows of a sweep those of another program.
+fn change_program(folder: &Folder) -> [String; 2] {
+    let plan = String::from_utf8(folder.read("s.sweep/plan.json")).unwrap();
+    let own = plan.split('"').nth(5).unwrap().to_owned();
+    let other = format!("{} 0123456789abcdef", env!("CARGO_PKG_VERSION"));
+    for file in std::fs::read_dir(folder.path("s.sweep")).unwrap() {
+        let name = format!("s.sweep/{}", file.unwrap().file_name().to_str().unwrap());
+        let text = String::from_utf8(folder.read(&name)).unwrap().replace(&own, &other);
+        let text = match text.rsplit_once("sha256 ") {
+            Some((rows, _)) => format!("{rows}sha256 {}\n", sha256(rows.as_bytes())),
+            None => text,
+        };
+        folder.write(&name, text);
+    }
+    [own, other]
+}
+
+/// A study may be years old.
+#[test]
+fn rows_of_another_program_are_reported() {
+    let folder = study("report_program");
+    let html = succeeds(&folder, &["sweep", "report", "s.sweep"]);
+    let [own, other] = change_program(&folder);
+    let report = folder.bbz(&["sweep", "report", "s.sweep"]);
+    assert_eq!(report.status, Some(0), "{}", report.stderr);
+    assert!(report.stdout == html.replace(&own, &other));
+    assert!(report.stderr.starts_with("warning: "), "{}", report.stderr);
+    assert!([&own, &other].iter().all(|name| report.stderr.contains(*name)), "{}", report.stderr);
+    // Rows of two programs are never mixed.
+    folder.bbz(&["sweep", "run", "s.sweep"]).fails_with(3, &[&other, "not mixed"]);
 }

@@ -8,6 +8,7 @@ use bittybuzz_chunks::{Folder, Outcome, Plan, Store};
 
 use crate::chunks::StoreProblem;
 use crate::problem::Problem;
+use crate::report;
 use crate::whole_file::Inputs;
 
 use super::super::arguments::SimArguments;
@@ -48,13 +49,35 @@ pub fn arguments(folder: &Path, plan: &Plan) -> SimArguments {
     SimArguments::of_sweep(beside(folder, &plan.scenario), include, plan.seed)
 }
 
-/// Opens the study of a plan. Prints mistakes of files, and returns `None` if there are any.
+/// Opens the study of a plan to carry out runs. Prints mistakes of files, and returns `None` if there
+/// are any.
 pub fn study<'a>(
     arguments: &'a SimArguments,
     store: &Store<Folder>,
 ) -> Result<Option<Study<'a>>, Box<dyn Problem>> {
+    experiment::check_program(store.plan(), &store.path())?;
+    open_study(arguments, store)
+}
+
+/// Opens the study of a plan to show its runs, which a program of other sources may have carried out: then
+/// a warning is printed.
+pub fn shown_study<'a>(
+    arguments: &'a SimArguments,
+    store: &Store<Folder>,
+) -> Result<Option<Study<'a>>, Box<dyn Problem>> {
+    if let Err(problem) = experiment::check_program(store.plan(), &store.path()) {
+        let help =
+            "the rows are shown as they are; a run that is opened in the page may end otherwise";
+        report::warning(&problem.to_string(), Some(help));
+    }
+    open_study(arguments, store)
+}
+
+fn open_study<'a>(
+    arguments: &'a SimArguments,
+    store: &Store<Folder>,
+) -> Result<Option<Study<'a>>, Box<dyn Problem>> {
     let plan = store.plan();
-    experiment::check_program(plan, &store.path())?;
     let text = source::read(arguments)?;
     let opened = Study::with_plan(arguments, text, experiment::runs(plan).plan, Default::default());
     let study = match opened {

@@ -56,7 +56,7 @@ pub fn execute(arguments: &ViewArguments) -> Result<ExitStatus, Box<dyn Problem>
     }
     let sim = folder::arguments(&arguments.folder, store.plan());
     // The run must be the one of the sweep.
-    if folder::study(&sim, &store)?.is_none() {
+    if folder::shown_study(&sim, &store)?.is_none() {
         return Ok(ExitStatus::CompileError);
     }
     let (mut sim, settings) = of_run(&sim, &runs, arguments.run);

@@ -85,7 +85,9 @@ pub fn execute(arguments: &ReportArguments) -> Result<ExitStatus, Box<dyn Proble
         folder::refuse(path, &arguments.folder, store.plan())?;
     }
     let sim = folder::arguments(&arguments.folder, store.plan());
-    let Some(study) = folder::study(&sim, &store)? else { return Ok(ExitStatus::CompileError) };
+    let Some(study) = folder::shown_study(&sim, &store)? else {
+        return Ok(ExitStatus::CompileError);
+    };
     let runs = experiment::runs(store.plan());
     let found = store.all(|run| runs.key(run)).map_err(StoreProblem)?;
     chunks::print_aside(&found.aside);
@@ -98,6 +100,7 @@ pub fn execute(arguments: &ReportArguments) -> Result<ExitStatus, Box<dyn Proble
         parameters: &parameters,
         pooled: &pooled,
         planned: runs.count(),
+        program: &store.plan().experiment.program,
         link: RunLink::Command(&arguments.folder),
     };
     #[cfg(feature = "view")]

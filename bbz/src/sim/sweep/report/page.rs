@@ -10,7 +10,6 @@ use bittybuzz_arena::statistics::quartiles;
 
 use crate::launch;
 
-use super::super::super::experiment;
 use super::classes::Classes;
 use super::estimate::{Estimate, Observation, estimate};
 use super::pictures;
@@ -52,6 +51,8 @@ pub struct Report<'a> {
     pub pooled: &'a [String],
     /// The number of runs of the plan.
     pub planned: usize,
+    /// The version of the program that carried out the runs.
+    pub program: &'a str,
     pub link: RunLink<'a>,
 }
 
@@ -95,7 +96,7 @@ impl Report<'_> {
             "<p>{} points with {} runs of each: {counts}.\n<br>Version <code>{}</code></p>\n",
             plan.points.len(),
             plan.replicates,
-            escape(&experiment::program())
+            escape(self.program)
         )
         .expect(WRITTEN);
         if !self.pooled.is_empty() {
