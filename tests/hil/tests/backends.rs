@@ -3,11 +3,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use bittybuzz_arena::engine::RobotView;
 use bittybuzz_arena::robot::Piece;
 use bittybuzz_arena::run::{Program, Setup, Simulation, Summary};
 use bittybuzz_arena::scenario::{Backend, Placement, Scenario};
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
+use bittybuzz_hil::kilobots::behavior;
 use bittybuzz_hil::{Core, ScriptFile, table};
 use bittybuzz_robot_spec::Robot;
 use bittybuzz_tests::bbz;
@@ -133,6 +135,22 @@ fn both_backends_come_to_the_same_end() {
     compare(3);
 }
 
+/// Runs a scenario of Kilobots to its end, and returns where they are and what they show.
+fn kilobot_ends(text: &str) -> Vec<RobotView> {
+    let read =
+        Scenario::parse(text, "test.toml", Path::new(""), &[], &bittybuzz_robot_models::all());
+    let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}"));
+    let group = &scenario.groups[0];
+    let programs = [program(group.script.as_ref().unwrap(), &group.robot)];
+    let setup = Setup::new(scenario.clone(), programs).unwrap();
+    let setup = setup.emulated_by("kilobot", Core::Avr.program().to_owned());
+    let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
+    while !simulation.is_over() {
+        simulation.tick().unwrap_or_else(|error| panic!("{error}"));
+    }
+    (0..scenario.robot_count()).map(|number| simulation.view(number).unwrap()).collect()
+}
+
 /// Six Kilobots go straight on, turn and stop. Their firmware is started by the controller, 20 ms late, and pushes a motor that starts.
 #[test]
 fn kilobots_come_to_the_same_end() {
@@ -142,30 +160,39 @@ fn kilobots_come_to_the_same_end() {
          else { stop() led(5) }\n}\n",
     );
     let ends = |backend: &str| {
-        let text = format!(
+        kilobot_ends(&format!(
             "[world]\nsize = [800, 500]\nduration = 7\n[[robots]]\nrobot = \"kilobot\"\nscript = '{}'\ncount = 6\n\
              placement = \"grid\"\nspacing = 80\nbackend = \"{backend}\"\nfirmware = '{}'\n",
             script.path(),
             bittybuzz_hil::kilobot().display()
-        );
-        let read =
-            Scenario::parse(&text, "test.toml", Path::new(""), &[], &bittybuzz_robot_models::all());
-        let scenario = read.unwrap_or_else(|errors| panic!("{errors:#?}"));
-        let programs =
-            [program(scenario.groups[0].script.as_ref().unwrap(), &scenario.groups[0].robot)];
-        let setup = Setup::new(scenario.clone(), programs).unwrap();
-        let setup = setup.emulated_by("kilobot", Core::Avr.program().to_owned());
-        let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
-        while !simulation.is_over() {
-            simulation.tick().unwrap_or_else(|error| panic!("{error}"));
-        }
-        (0..6).map(|number| simulation.view(number).unwrap()).collect::<Vec<_>>()
+        ))
     };
     for (vm, firmware) in ends("vm").into_iter().zip(ends("firmware")) {
         let distance = (vm.pose.x - firmware.pose.x).hypot(vm.pose.y - firmware.pose.y);
         // 31 mm were gone in 3 s.
         assert!(distance < 2.0, "{distance} mm");
         assert_eq!((vm.led, firmware.led), (5, 5));
+    }
+}
+
+/// The speaker of the example stands between two others, and a wall between it and one of them.
+#[test]
+fn a_wall_blocks_infrared_with_both_backends() {
+    let example = bbz::root().join("examples/kilobot/broadcast.bzz");
+    let leds = |backend: &str, wall: &str| {
+        let ends = kilobot_ends(&format!(
+            "[world]\nsize = [800, 500]\nduration = 5\n{wall}\n[[robots]]\nrobot = \"kilobot\"\nscript = '{}'\n\
+             first_id = 7\npositions = [[0, 0], [80, 0], [-80, 0]]\nbackend = \"{backend}\"\nfirmware = '{}'\n",
+            example.display(),
+            behavior("broadcast").display()
+        ));
+        ends.iter().map(|robot| robot.led).collect::<Vec<u8>>()
+    };
+    let wall = "obstacles = [{ from = [40, -250], to = [40, 250] }]";
+    for backend in ["vm", "firmware"] {
+        // 7: speaks, 0: has heard nothing, 2: has heard the number of the fourth to the eighth second.
+        assert_eq!(leds(backend, ""), [7, 2, 2], "{backend}");
+        assert_eq!(leds(backend, wall), [7, 0, 2], "{backend}");
     }
 }
 
