@@ -1,6 +1,8 @@
 //! A session that a client controls.
 
 mod debugger;
+mod editing;
+mod news;
 mod robots;
 mod trying;
 
@@ -13,22 +15,20 @@ use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::Limits;
 
 use crate::about::AboutDescription;
-use crate::answers;
 use crate::backlog::Backlog;
 use crate::begin;
-use crate::by_hand::{self, BuiltText, WorldEdit};
-use crate::changes::{self, Changes, Commands};
+use crate::changes::{self, Changes};
 use crate::conditions;
-use crate::edit::{self, EditError, NewRun};
-use crate::events::{self, EventCollector};
+use crate::edit::{self};
+use crate::events::EventCollector;
 use crate::faults;
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
-    AnswersEvent, AttitudesEvent, BeginEvent, BuiltEvent, CommandsEvent, ConditionsEvent,
-    DigestEvent, ExpectationEvent, ExplanationEvent, FailedEvent, FaultEvent, LogEvent, PageEvent,
-    ScenarioEvent, ScriptsDescription, SeekingEvent, SeriesCutEvent, StateEvent, TrialsEvent,
+    AttitudesEvent, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExplanationEvent,
+    FailedEvent, FaultEvent, LogEvent, PageEvent, ScenarioEvent, ScriptsDescription, SeekingEvent,
+    TrialsEvent,
 };
-use crate::request::{Request, Texts};
+use crate::request::Request;
 use crate::samples::Samples;
 use crate::series::{self, Series};
 use crate::source::Source;
@@ -364,42 +364,6 @@ impl Live {
         self.add_state();
     }
 
-    /// Handles a request of the editor.
-    fn edit(
-        &mut self,
-        act: impl FnOnce(&mut Drafts, &mut Session) -> Result<Vec<PageEvent>, EditError>,
-    ) {
-        let Some(drafts) = &mut self.drafts else { return self.refuse(NOT_EDITED, None) };
-        match act(drafts, &mut self.session) {
-            Ok(events) => self.events.extend(events),
-            Err(error) => self.refuse_edit(error),
-        }
-    }
-
-    fn refuse_edit(&mut self, error: EditError) {
-        match error {
-            EditError::Refused(reason) => self.refuse(&reason, None),
-            EditError::Errors(names, found) => {
-                self.events.extend(found.into_iter().map(PageEvent::Diagnostics));
-                let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-                let have = if names.len() == 1 { "has" } else { "have" };
-                let names = names.join(" and ");
-                let text = format!("{names} {have} errors: the robots go on with what they have");
-                self.refuse(&text, None);
-            }
-            EditError::Misfit(found) => {
-                // The editor may show a script, so the reason stands here, too.
-                let reason = found.diagnostics.first().map_or("", |error| &error.message);
-                let text = format!("`{}` does not fit the scripts: {reason}", found.name);
-                self.events.push(PageEvent::Diagnostics(found));
-                self.refuse(&text, None);
-            }
-            EditError::Command(errors) => {
-                errors.iter().for_each(|error| self.refuse_command(error));
-            }
-        }
-    }
-
     /// Parses a quantity. Its names must exist in some program.
     fn quantity(&self, text: Option<String>) -> Result<Option<Quantity>, ScenarioError> {
         let Some(text) = text else { return Ok(None) };
@@ -539,173 +503,6 @@ impl Live {
     fn stops_on_error(&self) -> bool {
         let is_assignment = || self.session.run().setup().scenario.assignment.is_some();
         self.stop_on_error.unwrap_or_else(is_assignment)
-    }
-
-    /// Undoes the last change of the commands, or does the next one again.
-    fn move_changes(&mut self, is_undo: bool, now: Duration) {
-        let Some(commands) = self.changes.next(is_undo).cloned() else {
-            let word = if is_undo { "undone" } else { "done again" };
-            return self.refuse(&format!("there is no change that can be {word}"), None);
-        };
-        let present = changes::commands(self.session.run());
-        if self.replace_commands(&commands, now) {
-            self.changes.moved(is_undo, present);
-            self.add_conditions_of(true);
-        }
-    }
-
-    /// Replaces the commands, and goes to the present tick again. Returns false if it is refused.
-    fn replace_commands(&mut self, commands: &Commands, now: Duration) -> bool {
-        let to = self.session.run().now();
-        if let Err(reason) = self.session.replace_commands(commands) {
-            self.refuse(&reason.to_string(), None);
-            return false;
-        }
-        self.pace = Pace::Paused;
-        if let Some(drafts) = &mut self.drafts {
-            drafts.set_loaded(edit::loaded(self.session.run()));
-        }
-        let from = self.session.run().now();
-        // The next turn goes there, and ends with the state.
-        self.seek = Some(Seek { to, from, since: now, told: now, then: Vec::new() });
-        true
-    }
-
-    /// Changes the world by hand, and starts the run again from the beginning.
-    fn build(&mut self, edit: &WorldEdit, mut texts: Texts, keep_changes: bool) {
-        let Some(drafts) = &self.drafts else { return self.refuse(NOT_EDITED, None) };
-        let name = edit::name_of_scenario(drafts, self.session.run().setup());
-        if texts.get(&name).is_some_and(|text| *text != self.scenario) {
-            let text = format!("`{name}` has not run as it is shown: press Run, then build");
-            return self.refuse(&text, None);
-        }
-        let parse = |text: &str| drafts.workshop().parse(text, &[]);
-        match by_hand::apply(&self.scenario, edit, &parse) {
-            Ok(BuiltText { text, thing }) => {
-                texts.insert(name, text.clone());
-                let before = self.scenario.clone();
-                if self.restart(&texts, keep_changes) {
-                    let event = BuiltEvent { before, text, thing };
-                    self.events.push(PageEvent::Built(event));
-                }
-            }
-            Err(error) => self.refuse(&error.to_string(), error.help()),
-        }
-    }
-
-    /// Starts the run again from the beginning. Returns false if it is refused.
-    fn restart(&mut self, texts: &Texts, keep_changes: bool) -> bool {
-        let Some(drafts) = &mut self.drafts else {
-            self.refuse(NOT_EDITED, None);
-            return false;
-        };
-        let begun = drafts.all_begun().clone();
-        let run = self.session.run();
-        match edit::begin(drafts, run, &self.scenario, texts, keep_changes) {
-            Ok(NewRun { run, scenario, events }) => {
-                // With the same texts, the new run goes the way of the earlier one until commands differ.
-                let programs = run.setup().programs().zip(self.session.run().setup().programs());
-                let is_same = programs.into_iter().all(|(new, old)| new.image == old.image);
-                if is_same && scenario == self.scenario && *drafts.all_begun() == begun {
-                    let conditions = conditions::commands(&run);
-                    if let Some(tick) = conditions::parting(&self.conditions.commands, &conditions)
-                    {
-                        self.series.cut(tick);
-                    }
-                } else {
-                    self.series = Series::new(&run);
-                }
-                self.session = self.session.anew(run);
-                self.changes = Changes::default();
-                self.session.keep_post_mortems();
-                self.scenario = scenario;
-                self.pace = Pace::Paused;
-                self.seek = None;
-                self.has_failed = false;
-                // Events of the earlier run come before the one that clears the page.
-                let before = std::mem::take(&mut self.events);
-                self.begin();
-                let begun = std::mem::replace(&mut self.events, before);
-                self.events.append(begun);
-                self.events.extend(events);
-                true
-            }
-            Err(error) => {
-                self.refuse_edit(error);
-                false
-            }
-        }
-    }
-
-    fn add_state(&mut self) {
-        let run = self.session.run();
-        let rate = match self.pace {
-            Pace::Rate { rate, .. } => Some(rate),
-            _ => None,
-        };
-        self.events.push(PageEvent::State(StateEvent {
-            tick: run.now(),
-            plays: self.pace != Pace::Paused,
-            rate,
-            over: run.is_over(),
-        }));
-    }
-
-    /// Adds an event for each expectation whose verdict has changed.
-    fn add_verdicts(&mut self) {
-        let convergences = self.session.run().convergences();
-        let verdicts: Vec<Verdict> = convergences.iter().map(|one| one.verdict).collect();
-        for (number, one) in convergences.iter().enumerate() {
-            // The client takes expectations as open until it receives a verdict.
-            if *self.verdicts.get(number).unwrap_or(&Verdict::Open) == one.verdict {
-                continue;
-            }
-            let (verdict, tick) = (events::verdict(one.verdict), one.held_at.or(one.failed_at));
-            let event = ExpectationEvent { number, verdict, tick };
-            self.events.push(PageEvent::Expectation(event));
-        }
-        self.verdicts = verdicts;
-    }
-
-    /// Adds an event if lamps or commands have changed.
-    fn add_conditions(&mut self) {
-        self.add_conditions_of(false);
-    }
-
-    /// Adds an event if lamps or commands have changed; `is_moved` if by undo or redo.
-    fn add_conditions_of(&mut self, is_moved: bool) {
-        let commands = conditions::commands(self.session.run());
-        if let Some(tick) = conditions::parting(&self.conditions.commands, &commands) {
-            self.leave_statement(true);
-            self.series.cut(tick);
-            self.events.push(PageEvent::SeriesCut(SeriesCutEvent { tick }));
-            if !is_moved {
-                self.changes.record(&self.conditions.commands);
-            }
-        }
-        let conditions = conditions::describe(self.session.run(), &self.changes);
-        if self.conditions != conditions {
-            self.events.push(PageEvent::Conditions(conditions.clone()));
-            self.conditions = conditions;
-            self.answered_at = None;
-        }
-        self.add_answers();
-    }
-
-    /// Adds an event if there are other answers to questions that wait than at the last time.
-    fn add_answers(&mut self) {
-        let run = self.session.run();
-        let is_waiting = self.pace == Pace::Paused && run.has_waiting_questions();
-        let tick = is_waiting.then(|| run.now());
-        if tick == self.answered_at && (is_waiting || self.answers.is_empty()) {
-            return;
-        }
-        let lines = if is_waiting { answers::of_next_tick(run) } else { Vec::new() };
-        self.answered_at = tick;
-        if lines != self.answers {
-            self.events.push(PageEvent::Answers(AnswersEvent { lines: lines.clone() }));
-            self.answers = lines;
-        }
     }
 
     fn refuse_command(&mut self, error: &ScenarioError) {
