@@ -21,6 +21,15 @@ pub enum Waiting {
 }
 
 impl Waiting {
+    /// Returns the tick of a report of a robot; 0 for another event.
+    pub fn tick(&self) -> u64 {
+        match self {
+            Waiting::Line(line) => line.tick,
+            Waiting::Event(PageEvent::Fault(fault)) => fault.tick,
+            Waiting::Event(_) => 0,
+        }
+    }
+
     /// Returns true for a report of a robot, of which there may be any number.
     fn is_report(&self) -> bool {
         matches!(self, Waiting::Line(_) | Waiting::Event(PageEvent::Fault(_)))

@@ -4,7 +4,7 @@ use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::{Interest, LineKind, LogLine};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Verdict};
 
-use crate::backlog::{Backlog, Waiting};
+use crate::backlog::Waiting;
 use crate::faults;
 use crate::page_event::{AnswerKind, FaultEvent, LogEvent, PageEvent, VerdictName};
 use crate::watch::{MessageFate, Watch};
@@ -16,8 +16,8 @@ pub struct EventCollector<'a> {
     pub setup: &'a Setup,
     /// The scripts that the client can edit.
     pub drafts: Option<&'a Drafts>,
-    /// The events that the client has not taken yet.
-    pub events: &'a mut Backlog,
+    /// The log lines and faults of the tick, in their order.
+    pub reports: Vec<Waiting>,
     /// The faults of the tick.
     pub faults: Vec<FaultEvent>,
     /// The subscription of the client, which collects messages.
@@ -34,12 +34,12 @@ impl Observer for EventCollector<'_> {
         match kind {
             EventKind::Log(line) => {
                 let line = line_event(self.setup, self.faults.last(), (tick, robot), line);
-                self.events.add(Waiting::Line(line));
+                self.reports.push(Waiting::Line(line));
             }
             EventKind::Fault(found) => {
                 let fault = faults::describe(self.setup, self.drafts, robot, found);
                 self.faults.push(fault.clone());
-                self.events.push(PageEvent::Fault(fault));
+                self.reports.push(Waiting::Event(PageEvent::Fault(fault)));
             }
             EventKind::Received { receiver, .. } => {
                 self.watch.record(MessageFate::Received, robot, receiver)

@@ -88,6 +88,7 @@ mod pace;
 mod page_event;
 mod relative;
 mod replay;
+mod reports;
 mod request;
 mod samples;
 mod scenario_comments;

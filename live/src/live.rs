@@ -15,7 +15,7 @@ use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::Limits;
 
 use crate::about::AboutDescription;
-use crate::backlog::Backlog;
+use crate::backlog::{Backlog, Waiting};
 use crate::begin;
 use crate::changes::{self, Changes};
 use crate::conditions;
@@ -28,6 +28,7 @@ use crate::page_event::{
     FailedEvent, FaultEvent, LogEvent, PageEvent, ScenarioEvent, ScriptsDescription, SeekingEvent,
     TrialsEvent,
 };
+use crate::reports::Reports;
 use crate::request::Request;
 use crate::samples::Samples;
 use crate::series::{self, Series};
@@ -82,6 +83,7 @@ pub struct Live {
     seek: Option<Seek>,
     samples: Samples,
     events: Backlog,
+    reports: Reports,
     /// The robot whose memory is sent after each sample.
     inspected: Option<usize>,
     watch: Watch,
@@ -126,6 +128,7 @@ impl Live {
             pace: Pace::Paused,
             samples: Samples::NEW,
             events: Backlog::default(),
+            reports: Reports::default(),
             seek: None,
             inspected: None,
             watch: Watch::default(),
@@ -397,25 +400,50 @@ impl Live {
         }
     }
 
-    /// Simulates a tick, and returns its faults.
+    /// Simulates a tick that the client sees, and returns its faults.
     fn simulate(&mut self) -> Vec<FaultEvent> {
+        let tick = self.session.run().now();
+        let mut watch = std::mem::take(&mut self.watch);
+        let (reports, faults) = self.observe(&mut watch);
+        self.watch = watch;
+        self.reports.has_sent(tick);
+        reports.into_iter().for_each(|report| self.events.add(report));
+        faults
+    }
+
+    /// Simulates a tick, and returns its reports and its faults.
+    fn observe(&mut self, watch: &mut Watch) -> (Vec<Waiting>, Vec<FaultEvent>) {
+        let tick = self.session.run().now();
         let setup = self.session.run().setup().clone();
         let mut collector = EventCollector {
             setup: &setup,
             drafts: self.drafts.as_ref(),
-            events: &mut self.events,
+            reports: Vec::new(),
             faults: Vec::new(),
-            watch: &mut self.watch,
+            watch,
         };
         let outcome = self.session.tick_observed(&mut collector);
-        let faults = collector.faults;
+        let EventCollector { reports, faults, .. } = collector;
         if let Err(error) = outcome {
             self.fail(&error);
         }
+        self.reports.observe(tick, &reports);
         // The observer has received the lines already.
         self.session.take_log();
         self.series.record(self.session.run());
-        faults
+        (reports, faults)
+    }
+
+    /// Simulates a tick of a way that the client does not see.
+    fn pass(&mut self) {
+        if !self.reports.knows(self.session.run().now()) {
+            self.observe(&mut Watch::default());
+            return;
+        }
+        if let Err(error) = self.session.advance_unseen() {
+            self.fail(&error);
+        }
+        self.series.record(self.session.run());
     }
 
     fn fail(&mut self, error: &FirmwareError) {
@@ -433,10 +461,7 @@ impl Live {
         has_time: &mut dyn FnMut() -> bool,
     ) -> bool {
         while self.session.run().now() < seek.to && !self.has_failed && has_time() {
-            if let Err(error) = self.session.advance_unseen() {
-                self.fail(&error);
-            }
-            self.series.record(self.session.run());
+            self.pass();
         }
         let at = self.session.run().now();
         if at < seek.to && !self.has_failed {
@@ -523,6 +548,7 @@ impl Source for Live {
         self.verdicts.clear();
         self.attitudes = AttitudesEvent::default();
         self.trials = None;
+        self.reports.forget_sent(0);
         (self.position, self.walk) = (None, None);
         self.breakpoints = Breakpoints::default();
         let setup = self.session.run().setup();

@@ -39,6 +39,8 @@ pub enum PageEvent {
     Conditions(ConditionsEvent),
     /// Lines that robots logged.
     Logs(LogsEvent),
+    /// The client forgets all log lines and faults, and gets those again that it shows.
+    LogCleared,
     /// Answers to questions that are asked while the run is paused.
     Answers(AnswersEvent),
     /// A fault of a script.

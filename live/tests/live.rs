@@ -270,6 +270,87 @@ fn lines_that_a_client_does_not_take_are_counted() {
     assert_eq!(last["tick"], now(&live) - 1);
 }
 
+/// The ticks of the lines that events have, and those of faults.
+fn reported(all: &[Value]) -> (Vec<u64>, Vec<u64>) {
+    let of = |kind: &'static str| all.iter().filter(move |event| event["event"] == kind);
+    let tick = |one: &Value| one["tick"].as_u64().unwrap();
+    let lines = of("logs").flat_map(|logs| logs["lines"].as_array().unwrap());
+    (lines.map(tick).collect(), of("fault").map(tick).collect())
+}
+
+fn way_to(live: &mut Live, tick: u64) -> Vec<Value> {
+    live.request(&json!({ "go_to": { "tick": tick } }).to_string(), ms(0));
+    while advance(live, 100, ms(0)) {}
+    assert_eq!(now(live), tick);
+    taken(live)
+}
+
+/// A client forgets what comes after the tick to which the run goes back.
+#[test]
+fn lines_and_faults_of_a_way_are_sent() {
+    let mut live = live();
+    live.take_events();
+    // The line is of tick 5, the fault of tick 8.
+    assert_eq!(reported(&way_to(&mut live, 7)), (vec![5], vec![]));
+    assert_eq!(reported(&way_to(&mut live, 20)), (vec![], vec![8]));
+    assert_eq!(reported(&way_to(&mut live, 6)), (vec![], vec![]));
+    assert_eq!(reported(&way_to(&mut live, 20)), (vec![], vec![8]));
+    assert_eq!(reported(&way_to(&mut live, 0)), (vec![], vec![]));
+    // Ticks that the client sees once more, and others.
+    live.request(r#"{"step":{"ticks":6}}"#, ms(0));
+    advance(&mut live, 6, ms(0));
+    assert_eq!(reported(&taken(&mut live)), (vec![5], vec![]));
+    assert_eq!(reported(&way_to(&mut live, 22)), (vec![], vec![8]));
+    // A client that comes later.
+    live.begin();
+    assert_eq!(reported(&taken(&mut live)), (vec![5], vec![8]));
+    // A way that is ended.
+    let mut live = self::live();
+    live.take_events();
+    live.request(r#"{"go_to":{"tick":20}}"#, ms(0));
+    advance(&mut live, 6, ms(0));
+    live.request("\"pause\"", ms(0));
+    assert_eq!((now(&live), reported(&taken(&mut live))), (6, (vec![5], vec![])));
+}
+
+/// After a command, the run goes another way from its tick on.
+#[test]
+fn lines_of_another_way_are_not_sent() {
+    let mut live = live();
+    live.take_events();
+    way_to(&mut live, 20);
+    way_to(&mut live, 3);
+    // The robot that logs and fails.
+    live.request(r#"{"command":{"text":"stop = 7"}}"#, ms(0));
+    assert_eq!(reported(&way_to(&mut live, 20)), (vec![], vec![]));
+    live.request("\"undo\"", ms(0));
+    while advance(&mut live, 100, ms(0)) {}
+    assert_eq!((now(&live), reported(&taken(&mut live))), (20, (vec![5], vec![8])));
+}
+
+#[test]
+fn the_last_lines_before_a_tick_are_sent() {
+    let script = "n = 0\nfunction step() { n = n + 1 log(n) log(0 - n) }\n";
+    let text = SCENARIO.replace("duration = 10", "duration = 60");
+    let mut live = live_in(files().with("s.bzz", script), &text);
+    live.take_events();
+    let lost = |all: &[Value]| -> u64 {
+        let logs = all.iter().filter(|event| event["event"] == "logs");
+        logs.map(|logs| logs["lost"].as_u64().unwrap()).sum()
+    };
+    // Two robots log two lines in each tick from 1 on.
+    let all = way_to(&mut live, 301);
+    assert_eq!((lost(&all), reported(&all).0), (700, (176..301).flat_map(|t| [t; 4]).collect()));
+    // The client has dropped those before tick 176.
+    let all = way_to(&mut live, 101);
+    let kinds: Vec<&Value> = all.iter().map(|event| &event["event"]).collect();
+    let at = |kind: &str| kinds.iter().position(|one| *one == kind).unwrap();
+    assert!(at("log_cleared") < at("logs"), "{kinds:?}");
+    assert_eq!((lost(&all), reported(&all).0), (0, (1..101).flat_map(|t| [t; 4]).collect()));
+    let all = way_to(&mut live, 111);
+    assert_eq!((lost(&all), reported(&all).0), (0, (101..111).flat_map(|t| [t; 4]).collect()));
+}
+
 /// The way to a tick is made of turns, which say how long it takes, and which a client may end.
 #[test]
 fn a_long_way_to_a_tick_says_how_long_it_takes() {
@@ -291,8 +372,11 @@ fn a_long_way_to_a_tick_says_how_long_it_takes() {
     assert!(!advance(&mut live, 10, ms(1001)));
     let left = taken(&mut live);
     let kinds: Vec<&Value> = left.iter().map(|event| &event["event"]).collect();
-    assert_eq!((now(&live), &kinds[..]), (20, &[&json!("refused"), &json!("state")][..]));
-    assert_eq!(left[1]["tick"], 20);
+    assert_eq!(
+        (now(&live), &kinds[..]),
+        (20, &["refused", "logs", "fault", "state"].map(Value::from).each_ref()[..])
+    );
+    assert_eq!(left[3]["tick"], 20);
     // Another way replaces the first, and the state follows its end.
     live.request(r#"{"go_to":{"tick":40}}"#, ms(2000));
     advance(&mut live, 1, ms(2000));

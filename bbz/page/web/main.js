@@ -266,6 +266,9 @@ const handlers = {
             }
         }
     },
+    log_cleared() {
+        log.clear();
+    },
     answers({ lines }) {
         panel.questions.expect(lines);
     },

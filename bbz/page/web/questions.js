@@ -119,6 +119,10 @@ export class Questions {
 
     /** @param {LogEvent} answer */
     take(answer) {
+        // The lines before the tick to which the run went back come again.
+        if (this.answers.some(({ tick, robot, text }) => tick === answer.tick && robot === answer.robot && text === answer.text)) {
+            return;
+        }
         this.answers.push(answer);
         this.answers.splice(0, this.answers.length - ANSWERS_MAX);
         this.coming = this.coming.filter(({ tick, robot }) => tick > answer.tick || robot !== answer.robot);

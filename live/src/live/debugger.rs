@@ -240,6 +240,7 @@ impl Live {
         match hit {
             Some((robot, number)) if !self.has_failed && self.session.approach(tick).is_ok() => {
                 self.watch.forget();
+                self.reports.forget_sent(tick);
                 self.pace = Pace::Paused;
                 self.seek_then(tick, Request::Debug { robot, to: StepTo::At(number) }, now);
                 None

@@ -11,6 +11,7 @@ use crate::conditions;
 use crate::edit::{self, EditError, NewRun};
 use crate::pace::Pace;
 use crate::page_event::{BuiltEvent, PageEvent};
+use crate::reports::Reports;
 use crate::request::Texts;
 use crate::series::Series;
 use crate::source::Source;
@@ -129,6 +130,7 @@ impl Live {
                 }
                 self.session = self.session.anew(run);
                 self.changes = Changes::default();
+                self.reports = Reports::default();
                 self.session.keep_post_mortems();
                 self.scenario = scenario;
                 self.pace = Pace::Paused;

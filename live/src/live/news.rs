@@ -10,8 +10,10 @@ use crate::pace::Pace;
 use crate::page_event::{AnswersEvent, ExpectationEvent, PageEvent, SeriesCutEvent, StateEvent};
 
 impl Live {
+    /// Adds the lines and faults that the client does not have, and the state of the run.
     pub(super) fn add_state(&mut self) {
         let run = self.session.run();
+        self.reports.send(run.now(), &mut self.events);
         let rate = match self.pace {
             Pace::Rate { rate, .. } => Some(rate),
             _ => None,
@@ -51,6 +53,7 @@ impl Live {
         if let Some(tick) = conditions::parting(&self.conditions.commands, &commands) {
             self.leave_statement(true);
             self.series.cut(tick);
+            self.reports.cut(tick);
             self.events.push(PageEvent::SeriesCut(SeriesCutEvent { tick }));
             if !is_moved {
                 self.changes.record(&self.conditions.commands);
