@@ -57,19 +57,22 @@ def test_changes_are_undone_redone_and_deleted(page, tmp_path):
     assert len({untouched, moved, both}) == 3
 
 
-def test_lines_of_another_way_go(page):
+def test_lines_are_those_of_the_way_that_is_shown(page):
     go(page, 10)
     page.mouse.click(*place(page, 40, 0))
-    robot(page, 7).get_by_role("button", name="Cut off", exact=True).click()
-    page.get_by_label("Speed").select_option("5 ×")
-    page.click("#play")
-    expect(page.locator("#marks .fault")).not_to_have_count(0)
-    page.click("#play")
-    expect(page.locator("#play")).to_have_text("Play")
-    page.click("#tab-ground")
-    button(page, "Undo").click()
-    expect(changes(page)).to_have_count(0)
-    # Faults and lines of the time that is simulated again are not listed.
-    expect(page.locator("#marks .fault")).to_have_count(0)
+    robot(page, 7).get_by_role("button", name="Fail", exact=True).click()
+    # Before the script starts again after its fault.
+    go(page, 25)
+    faults = page.locator("#log .fault")
     page.click("#tab-log")
-    expect(page.locator("#log")).to_contain_text("Nothing was logged so far.")
+    expect(page.locator("#log")).to_contain_text("n is 5")
+    expect(faults).to_have_count(0)
+    for name, count in [("Undo", 1), ("Redo", 0), ("Undo", 1)]:
+        page.click("#tab-ground")
+        button(page, name).click()
+        expect(changes(page)).to_have_count(1 - count)
+        at(page, 25)
+        page.click("#tab-log")
+        expect(faults).to_have_count(count)
+        expect(page.locator("#marks .fault")).to_have_count(count)
+        expect(page.locator("#log p", has_text="n is 5")).to_have_count(1)

@@ -510,6 +510,26 @@ def test_messages_and_quantities_are_drawn(page):
     expect(page.locator("#legend")).to_be_hidden()
 
 
+def test_a_jump_shows_the_lines_and_faults_before_it(page):
+    page.click("#tab-log")
+    log = page.locator("#log")
+    expect(log).to_contain_text("Nothing was logged so far")
+    go(page, 25)
+    expect(log).to_contain_text("n is 5")
+    expect(log.locator(".fault")).to_have_count(1)
+    expect(page.locator("#marks .fault")).to_have_count(1)
+    go(page, 3)
+    expect(log).to_contain_text("Nothing was logged so far")
+    go(page, 10)
+    expect(log).to_contain_text("n is 5")
+    expect(log.locator(".fault")).to_have_count(0)
+    # A page that is opened again has them, too.
+    page.reload()
+    at(page, 10)
+    page.click("#tab-log")
+    expect(log.locator("p", has_text="n is 5")).to_have_count(1)
+
+
 def test_links_are_cut_off_and_reconnected(page, tmp_path):
     commands = page.locator("#ground code")
     page.mouse.click(*place(page, 40, 0))
