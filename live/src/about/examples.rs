@@ -66,7 +66,10 @@ fn paragraphs(text: &[Paragraph]) -> String {
 /// Describes the robots of a group, with a link to their script.
 fn robots(group: &Group) -> String {
     let script = group.script.as_ref().map(|script| {
-        let path = script.strip_prefix(root()).unwrap().to_str().unwrap().replace('\\', "/");
+        // A scenario may have the script of another folder.
+        let path = fs::canonicalize(script).unwrap();
+        let path = path.strip_prefix(fs::canonicalize(root()).unwrap()).unwrap();
+        let path = path.to_str().unwrap().replace('\\', "/");
         format!(": [{}](../{path})", script.file_name().unwrap().to_str().unwrap())
     });
     let count = group.count;
