@@ -4,9 +4,10 @@ use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::{Interest, LineKind, LogLine};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Verdict};
 
-use crate::backlog::Waiting;
+use crate::backlog::{Backlog, Waiting};
 use crate::faults;
 use crate::page_event::{AnswerKind, FaultEvent, LogEvent, PageEvent, VerdictName};
+use crate::reports::Reports;
 use crate::watch::{MessageFate, Watch};
 use crate::workshop::Drafts;
 
@@ -16,12 +17,26 @@ pub struct EventCollector<'a> {
     pub setup: &'a Setup,
     /// The scripts that the client can edit.
     pub drafts: Option<&'a Drafts>,
-    /// The log lines and faults of the tick, in their order.
-    pub reports: Vec<Waiting>,
+    /// The events that the client has not taken yet; `None` if it does not see the tick.
+    pub events: Option<&'a mut Backlog>,
+    /// The log lines and faults of the run; `None` if those of the tick are among them.
+    pub reports: Option<&'a mut Reports>,
     /// The faults of the tick.
     pub faults: Vec<FaultEvent>,
     /// The subscription of the client, which collects messages.
     pub watch: &'a mut Watch,
+}
+
+impl EventCollector<'_> {
+    /// Adds a line or a fault. One tick may have any number: each list has a limit of its own.
+    fn add(&mut self, report: Waiting) {
+        if let Some(reports) = &mut self.reports {
+            reports.add(report.clone());
+        }
+        if let Some(events) = &mut self.events {
+            events.add(report);
+        }
+    }
 }
 
 impl Observer for EventCollector<'_> {
@@ -34,12 +49,12 @@ impl Observer for EventCollector<'_> {
         match kind {
             EventKind::Log(line) => {
                 let line = line_event(self.setup, self.faults.last(), (tick, robot), line);
-                self.reports.push(Waiting::Line(line));
+                self.add(Waiting::Line(line));
             }
             EventKind::Fault(found) => {
                 let fault = faults::describe(self.setup, self.drafts, robot, found);
                 self.faults.push(fault.clone());
-                self.reports.push(Waiting::Event(PageEvent::Fault(fault)));
+                self.add(Waiting::Event(PageEvent::Fault(fault)));
             }
             EventKind::Received { receiver, .. } => {
                 self.watch.record(MessageFate::Received, robot, receiver)

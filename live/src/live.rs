@@ -15,11 +15,11 @@ use bittybuzz_compiler::explain::explain;
 use bittybuzz_inspect::Limits;
 
 use crate::about::AboutDescription;
-use crate::backlog::{Backlog, Waiting};
+use crate::backlog::Backlog;
 use crate::begin;
 use crate::changes::{self, Changes};
 use crate::conditions;
-use crate::edit::{self};
+use crate::edit;
 use crate::events::EventCollector;
 use crate::faults;
 use crate::pace::{Pace, RATES};
@@ -402,42 +402,40 @@ impl Live {
 
     /// Simulates a tick that the client sees, and returns its faults.
     fn simulate(&mut self) -> Vec<FaultEvent> {
-        let tick = self.session.run().now();
-        let mut watch = std::mem::take(&mut self.watch);
-        let (reports, faults) = self.observe(&mut watch);
-        self.watch = watch;
-        self.reports.has_sent(tick);
-        reports.into_iter().for_each(|report| self.events.add(report));
-        faults
+        self.reports.has_sent(self.session.run().now());
+        self.observe(true)
     }
 
-    /// Simulates a tick, and returns its reports and its faults.
-    fn observe(&mut self, watch: &mut Watch) -> (Vec<Waiting>, Vec<FaultEvent>) {
+    /// Simulates a tick, and returns its faults.
+    fn observe(&mut self, is_seen: bool) -> Vec<FaultEvent> {
         let tick = self.session.run().now();
         let setup = self.session.run().setup().clone();
+        let is_new = !self.reports.knows(tick);
+        let mut unseen = Watch::default();
         let mut collector = EventCollector {
             setup: &setup,
             drafts: self.drafts.as_ref(),
-            reports: Vec::new(),
+            events: is_seen.then_some(&mut self.events),
+            reports: is_new.then_some(&mut self.reports),
             faults: Vec::new(),
-            watch,
+            watch: if is_seen { &mut self.watch } else { &mut unseen },
         };
         let outcome = self.session.tick_observed(&mut collector);
-        let EventCollector { reports, faults, .. } = collector;
+        let faults = collector.faults;
         if let Err(error) = outcome {
             self.fail(&error);
         }
-        self.reports.observe(tick, &reports);
+        self.reports.has_observed(tick);
         // The observer has received the lines already.
         self.session.take_log();
         self.series.record(self.session.run());
-        (reports, faults)
+        faults
     }
 
     /// Simulates a tick of a way that the client does not see.
     fn pass(&mut self) {
         if !self.reports.knows(self.session.run().now()) {
-            self.observe(&mut Watch::default());
+            self.observe(false);
             return;
         }
         if let Err(error) = self.session.advance_unseen() {

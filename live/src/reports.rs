@@ -17,7 +17,7 @@ const SHOWN_MAX: usize = 500;
 /// The lines and faults of a run, and the part of them that the client has.
 #[derive(Debug, Default)]
 pub struct Reports {
-    /// In the order of their ticks.
+    /// Lines and faults in the order of their ticks, at most [`KEPT_MAX`].
     kept: VecDeque<Waiting>,
     /// The number of older ones that were dropped.
     lost: u64,
@@ -33,17 +33,18 @@ impl Reports {
         tick < self.known
     }
 
-    /// Adds those of a tick, unless it was observed before.
-    pub fn observe(&mut self, tick: u64, reports: &[Waiting]) {
-        if self.knows(tick) {
-            return;
-        }
-        self.known = tick + 1;
-        self.kept.extend(reports.iter().cloned());
-        while self.kept.len() > KEPT_MAX {
+    /// Adds one of a tick that was not observed before.
+    pub fn add(&mut self, report: Waiting) {
+        if self.kept.len() == KEPT_MAX {
             self.kept.pop_front();
             self.lost += 1;
         }
+        self.kept.push_back(report);
+    }
+
+    /// Takes note that a tick was observed.
+    pub fn has_observed(&mut self, tick: u64) {
+        self.known = self.known.max(tick + 1);
     }
 
     /// Takes note that the client gets those of a tick.
@@ -81,7 +82,8 @@ impl Reports {
         let place = |tick| self.kept.partition_point(|one: &Waiting| one.tick() < tick);
         let (start, end) = (place(from), place(to));
         let first = start.max(end.saturating_sub(SHOWN_MAX));
-        let lost = (first - start) as u64 + if from == 0 { self.lost } else { 0 };
+        // Those that were dropped may be of this time, too.
+        let lost = (first - start) as u64 + if start == 0 { self.lost } else { 0 };
         if lost > 0 {
             events.push(PageEvent::Logs(LogsEvent { lost, lines: Vec::new() }));
         }

@@ -351,6 +351,33 @@ fn the_last_lines_before_a_tick_are_sent() {
     assert_eq!((lost(&all), reported(&all).0), (0, (101..111).flat_map(|t| [t; 4]).collect()));
 }
 
+/// Of 48,000 lines the session keeps the last 20,000. The client is told that others are left out.
+#[test]
+fn lines_that_had_no_room_are_counted() {
+    let script = "n = 0\nfunction step() { n = n + 1 i = 0 while(i < 40) { i = i + 1 log(i) } }\n";
+    let text = SCENARIO.replace("duration = 10", "duration = 60");
+    let mut live = live_in(files().with("s.bzz", script), &text);
+    live.take_events();
+    let all = way_to(&mut live, 600);
+    let lost = |all: &[Value]| -> u64 {
+        let logs = all.iter().filter(|event| event["event"] == "logs");
+        logs.map(|logs| logs["lost"].as_u64().unwrap()).sum()
+    };
+    let (lines, _) = reported(&all);
+    assert_eq!((lines.len(), lines.last()), (500, Some(&599)));
+    let count = lost(&all) + 500;
+    assert!(count > 40_000, "{count} lines");
+    // The lines of this time are gone, and were not forgotten in silence.
+    let all = way_to(&mut live, 20);
+    assert_eq!((reported(&all).0.len(), lost(&all)), (0, count - 20_000));
+    let all = way_to(&mut live, 30);
+    assert_eq!((reported(&all).0.len(), lost(&all)), (0, count - 20_000));
+    // A step shows its lines again.
+    live.request(r#"{"step":{"ticks":1}}"#, ms(0));
+    advance(&mut live, 1, ms(0));
+    assert!(reported(&taken(&mut live)).0.iter().all(|tick| *tick == 30));
+}
+
 /// The way to a tick is made of turns, which say how long it takes, and which a client may end.
 #[test]
 fn a_long_way_to_a_tick_says_how_long_it_takes() {

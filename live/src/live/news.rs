@@ -1,4 +1,4 @@
-//! Events about what has changed since the client was last informed.
+//! Changes since the client was last informed, as events: state, verdicts, commands and answers.
 
 use bittybuzz_arena::run::Verdict;
 
