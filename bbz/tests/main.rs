@@ -28,6 +28,7 @@ mod plot;
 mod probe;
 mod run;
 mod sim;
+mod sim_runs;
 mod sim_view;
 mod stubs;
 mod support;
