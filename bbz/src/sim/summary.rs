@@ -16,6 +16,7 @@ use serde_json::{Map, Value, json};
 
 use crate::program::LoadedProgram;
 use crate::report;
+use crate::sim::table::rounded;
 
 /// Returns the lines of a summary.
 pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> {
@@ -46,7 +47,7 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
     for (measure, value) in setup.scenario.measures.iter().zip(&summary.measures) {
         let value = match (value, measure.time) {
             (Some(value), MeasureTime::First) => format!("at {value:.1} s"),
-            (Some(value), _) => ((value * 1e3).round() / 1e3).to_string(),
+            (Some(value), _) => rounded(*value).to_string(),
             (None, MeasureTime::First) => "not reached".to_owned(),
             (None, _) => "none".to_owned(),
         };
@@ -86,7 +87,7 @@ pub fn text(setup: &Setup, summary: &Summary, elapsed: Duration) -> Vec<String> 
     }
     for ((quantity, _), values) in setup.scenario.output.plot.iter().zip(&summary.values) {
         if let Some([mean, min, max]) = values {
-            let [mean, min, max] = [mean, min, max].map(|number| (number * 1e3).round() / 1e3);
+            let [mean, min, max] = [*mean, *min, *max].map(rounded);
             lines.push(format!("{quantity} at the end: {min} to {max}, mean {mean}"));
         }
     }

@@ -106,9 +106,18 @@ fn numbers(values: impl ExactSizeIterator<Item = Option<f64>>) -> String {
     )
 }
 
-/// Rounds a number to three decimals, or to an integer from 1000 on: enough to compare.
+/// Rounds a number to an integer from 1000 on, else as [`rounded`] does: enough to compare.
 fn round(number: f64) -> f64 {
-    if number.abs() >= 1000.0 { number.round() } else { (number * 1000.0).round() / 1000.0 }
+    if number.abs() >= 1000.0 { number.round() } else { rounded(number) }
+}
+
+/// Rounds a number to three decimals, or below 0.1 to three digits: a rate of 0.00042 is not 0.
+pub fn rounded(number: f64) -> f64 {
+    if number.abs() >= 0.1 {
+        return (number * 1e3).round() / 1e3;
+    }
+    // The nearest number to the digits, which a quotient of powers of ten may not be.
+    format!("{number:.2e}").parse().expect("a printed number is read again")
 }
 
 /// Returns the table as a JSON object.
@@ -173,6 +182,21 @@ mod tests {
         assert_eq!(time(reached(4, 4)), "median 200, quartiles 100 and 300, from 100 to 400");
         assert_eq!(time(vec![Some(7.0); 3]), "7");
         assert_eq!(time(reached(0, 3)), "never");
+    }
+
+    #[test]
+    fn small_numbers_keep_their_digits() {
+        let number = |value: f64| line(MetricKind::Number, &[Some(value)]);
+        let numbers = [
+            (0.000_423_9, "0.000424"),
+            (-3e-9, "-0.000000003"),
+            (0.0, "0"),
+            (0.099_96, "0.1"),
+            (1.0 / 3.0, "0.333"),
+            (12.345_6, "12.346"),
+            (12_345.6, "12346"),
+        ];
+        numbers.iter().for_each(|(value, text)| assert_eq!(number(*value), *text));
     }
 
     #[test]
