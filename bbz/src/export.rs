@@ -53,10 +53,10 @@ pub fn execute(arguments: &ExportArguments) -> Result<ExitStatus, Box<dyn Proble
             robots.push(numbers.map(Cell::Integer).chain([state]));
         }
         if files.is_due(robots.rows()) {
-            files.write(&mut robots, [].into_iter(), false)?;
+            files.take(&mut robots, [].into_iter(), false)?;
         }
     }
-    files.write(&mut robots, [].into_iter(), true)?;
+    files.take(&mut robots, [].into_iter(), true)?;
     Ok(ExitStatus::Success)
 }
 

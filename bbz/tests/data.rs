@@ -1,6 +1,9 @@
 //! `bbz sim --data`: the tables of a run. Python's libraries for tables read the Parquet files in
 //! python/tests.
 
+use std::fs::{self, File};
+
+use bittybuzz_tables::{Form, TableReader, Values, Wanted};
 use serde_json::Value;
 
 use crate::support::Folder;
@@ -98,6 +101,37 @@ fn a_folder_has_all_tables_and_the_same_bytes_each_time() {
         assert!(file("one").starts_with(b"PAR1") && file("one").ends_with(b"PAR1"), "{table}");
         assert_eq!(file("one"), file("two"), "{table}");
     }
+}
+
+/// 300,500 rows are compressed in three groups.
+#[test]
+fn a_long_run_has_one_file_with_each_row_once() {
+    let folder = folder("data_groups");
+    folder.write(
+        "s.toml",
+        "[world]\nsize = [2000, 2000]\nduration = 60\n\
+         [[robots]]\nrobot = \"kilobot\"\nscript = \"s.bzz\"\ncount = 500\n\
+         [output.data]\nquantities = [\"led\"]\nevery = 0.1\n",
+    );
+    folder.write("s.bzz", "function step() { led(3) }\n");
+    let outcome = folder.bbz(&["sim", "s.toml", "--data", "run"]);
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let files: Vec<_> = fs::read_dir(folder.path("run/robots")).unwrap().collect();
+    let [file] = &files[..] else { panic!("{files:?}") };
+    let file = File::open(file.as_ref().unwrap().path()).unwrap();
+    let table = TableReader::open(file, Form::Parquet).unwrap();
+    assert_eq!(table.columns()[1..3], ["tick", "robot"]);
+    let mut pieces = table.select(vec![(1, Wanted::Numbers), (2, Wanted::Numbers)]);
+    let mut is_seen = vec![false; 500 * 601];
+    while let Some(piece) = pieces.next_piece().unwrap() {
+        let [Values::Numbers(ticks), Values::Numbers(robots)] = piece else { panic!("{piece:?}") };
+        for (tick, robot) in ticks.iter().zip(robots) {
+            let place = &mut is_seen[*robot as usize * 601 + *tick as usize];
+            assert!(!*place, "robot {robot} at {tick}");
+            *place = true;
+        }
+    }
+    assert!(is_seen.iter().all(|seen| *seen));
 }
 
 #[test]

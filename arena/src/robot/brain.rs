@@ -1,5 +1,6 @@
 //! A robot of a run, which is a machine in this process or firmware in an emulator.
 
+use std::mem;
 use std::sync::Arc;
 
 use bittybuzz_comms::trace::Unused;
@@ -276,14 +277,21 @@ impl SimRobot {
         self.state.last_fault.get_or_insert_default();
     }
 
-    /// Records events from now on, until [`take_seen`](Self::take_seen).
+    /// Records events from now on, until [`stop_watching`](Self::stop_watching).
     pub(crate) fn watch(&mut self, interest: Interest) {
-        self.state.seen.get_or_insert_default().interest = interest;
+        let seen = self.state.seen.get_or_insert_default();
+        seen.interest = interest;
+        seen.events.clear();
     }
 
-    /// Returns the events since [`watch`](Self::watch) and stops recording.
+    /// Returns the events since the last call, or since [`watch`](Self::watch).
     pub(crate) fn take_seen(&mut self) -> Vec<SeenEvent> {
-        self.state.seen.take().map_or_else(Vec::new, |seen| seen.events)
+        self.state.seen.as_mut().map_or_else(Vec::new, |seen| mem::take(&mut seen.events))
+    }
+
+    /// Records no events from now on.
+    pub(crate) fn stop_watching(&mut self) {
+        self.state.seen = None;
     }
 
     /// Watches the statements of the next tick, until [`take_statements`](Self::take_statements).

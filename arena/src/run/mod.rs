@@ -39,7 +39,7 @@ pub use program::{Compiler, Program};
 pub use quantity::{AggregateProbe, QuantityProbe, QuantityReading};
 pub use session::{COPIES_BYTES, NoWayBack, NotReplaced, Session};
 pub use setup::{Setup, SetupError, emulated};
-pub use simulation::Simulation;
+pub use simulation::{JoinedRobot, Simulation};
 pub use summary::{FaultOf, OverrunSummary, Summary, Unusable};
 
 /// Ticks per second.

@@ -111,18 +111,16 @@ pub fn show(
     number: &dyn Fn(RobotId) -> usize,
     count: usize,
     FrameLog { mut arrivals, mut attempts }: FrameLog,
-    robots: Vec<Vec<SeenEvent>>,
+    seen: Vec<(RobotId, SeenEvent)>,
     observer: &mut dyn Observer,
 ) {
     let mut others: Vec<(usize, SeenEvent)> = Vec::new();
-    for (id, events) in (0..).map(RobotId).zip(robots) {
-        for event in events {
-            match event {
-                SeenEvent::Unread(frame, cause) => {
-                    arrivals.push(Arrival { frame, receiver: id, fate: Fate::Lost(cause) });
-                }
-                event => others.push((number(id), event)),
+    for (id, event) in seen {
+        match event {
+            SeenEvent::Unread(frame, cause) => {
+                arrivals.push(Arrival { frame, receiver: id, fate: Fate::Lost(cause) });
             }
+            event => others.push((number(id), event)),
         }
     }
     // The sorts are stable: the arrival of a frame stays before its loss in a full queue, and

@@ -121,18 +121,16 @@ impl QuantityProbe {
         }
     }
 
-    /// Reads the quantity from a robot with that program. `robot` is `None` if the robot has not
-    /// joined.
+    /// Reads the quantity from a robot with that program.
     pub(super) fn read<'p>(
         &self,
         ProgramId(number): ProgramId,
         program: &'p Program,
-        robot: Option<(&SimRobot, RobotView)>,
+        robot: &SimRobot,
+        view: &RobotView,
     ) -> QuantityReading<'p> {
-        // Robots that have not joined have no values.
-        let Some((robot, view)) = robot else { return QuantityReading::Nil };
         match self {
-            QuantityProbe::Body(quantity) => body(quantity, robot, &view),
+            QuantityProbe::Body(quantity) => body(quantity, robot, view),
             // A single robot has no such quantity.
             QuantityProbe::Swarm(_) | QuantityProbe::Aggregate(_) => QuantityReading::Nil,
             QuantityProbe::Displacement(_) => unreachable!("the simulation reads places"),

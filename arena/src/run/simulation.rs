@@ -41,7 +41,7 @@ use crate::engine::{
 use crate::robot::checks::{Findings, WatchStop, WatchedTick};
 use crate::robot::{
     BatteryState, FaultCounts, Interest, LogLine, News, PoseError, PostMortem, ProgramId,
-    ScriptNumber, SimRobot,
+    ScriptNumber, SeenEvent, SimRobot,
 };
 use crate::scenario::{
     ADVERSARIES_MAX, Adversary, Backend, NewNumbers, Quantity, ScenarioCause, ScenarioError,
@@ -51,6 +51,8 @@ use crate::scenario::{
 mod globals;
 mod measuring;
 mod questions;
+
+pub use measuring::JoinedRobot;
 
 use super::adversary::intruder;
 use super::event_queue::EventQueue;
@@ -95,6 +97,8 @@ pub struct Simulation {
     keeps_post_mortems: bool,
     /// The events that the observer of the current tick uses; `None` in a tick without an observer.
     interest: Option<Interest>,
+    /// True if robots have the memory for events, which they keep from one observed tick to the next.
+    is_watched: bool,
 }
 
 impl Simulation {
@@ -143,6 +147,7 @@ impl Simulation {
             end: tick_at(scenario.world.duration),
             keeps_post_mortems: false,
             interest: None,
+            is_watched: false,
         };
         let mut number = 0;
         for group in &scenario.groups {
@@ -168,7 +173,10 @@ impl Simulation {
         }
         let news = self.news.copy();
         let mut world = self.world.clone();
-        world.brains_mut().for_each(|robot| robot.set_news(news.clone()));
+        for robot in world.brains_mut() {
+            robot.set_news(news.clone());
+            robot.stop_watching();
+        }
         Some(Simulation {
             setup: self.setup.clone(),
             herds: self.herds.clone(),
@@ -185,6 +193,7 @@ impl Simulation {
             end: self.end,
             keeps_post_mortems: self.keeps_post_mortems,
             interest: None,
+            is_watched: false,
         })
     }
 
@@ -339,6 +348,10 @@ impl Simulation {
     /// Simulates 100 ms: events and commands first, then the world, then the expectations. A tick
     /// can fail only because of robots that run their firmware; the run cannot go on then.
     pub fn tick(&mut self) -> Result<(), FirmwareError> {
+        if self.is_watched && self.interest.is_none() {
+            self.world.brains_mut().for_each(SimRobot::stop_watching);
+            self.is_watched = false;
+        }
         let scenario = self.setup.scenario.clone();
         while let Some(action) = self.event_queue.due(&scenario, self.world.now()) {
             let mut kept = Vec::new();
@@ -405,11 +418,18 @@ impl Simulation {
             self.world.watch();
         }
         self.world.brains_mut().for_each(|robot| robot.watch(interest));
+        self.is_watched = true;
         self.interest = Some(interest);
         let outcome = self.tick();
         self.interest = None;
         let frames = self.world.take_frame_log();
-        let robots = self.world.brains_mut().map(SimRobot::take_seen).collect();
+        let robots = self.world.brains_mut().zip((0..).map(RobotId));
+        let seen =
+            robots.flat_map(|(robot, id)| robot.take_seen().into_iter().map(move |one| (id, one)));
+        let seen: Vec<(RobotId, SeenEvent)> = seen.collect();
+        if seen.is_empty() && frames.arrivals.is_empty() && frames.attempts.is_empty() {
+            return outcome;
+        }
         let (numbers, count) = (self.event_queue.numbers(), self.robot_count());
         // The other senders are adversaries, whose ids count down from the highest one.
         let number = |id: RobotId| match numbers.get(usize::from(id.0)) {
@@ -417,7 +437,7 @@ impl Simulation {
             None => count + usize::from(u16::MAX - id.0),
         };
         let all = count + self.world.intruder_count();
-        observer::show(tick, &number, all, frames, robots, observer);
+        observer::show(tick, &number, all, frames, seen, observer);
         outcome
     }
 

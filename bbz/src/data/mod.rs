@@ -1,7 +1,8 @@
 //! The files of `--data`: tables of a run, for programs that evaluate it.
 //!
 //! docs/data.md describes the tables. Rows wait in memory and are written at least once a minute, each
-//! time to a file of its own, so that a run that is killed loses no more than the last minute.
+//! time to a file of its own, so that a run that is killed loses no more than the last minute. They are
+//! compressed before that, a group at a time.
 
 mod table;
 
@@ -22,8 +23,12 @@ pub use table::{Cell, PartFile, RunData, integer, optional_integer, part_path, t
 /// The longest time for which rows wait.
 const WAIT_MAX: Duration = Duration::from_secs(60);
 
-/// The most rows that wait: about 50 MB.
-const ROWS_MAX: usize = 1 << 20;
+/// The rows that wait before they are compressed, about 6 MB. The next ones take their memory, which saves the
+/// time of new memory: 0.06 of 0.38 s for 600,000 rows (2026-11-30).
+const GROUP_ROWS: usize = 1 << 17;
+
+/// The compressed rows that wait before they are written, about 4 MB.
+const FILE_ROWS: usize = 1 << 20;
 
 /// The column of the robots' ids in the table of robots, by which it is sorted.
 const ROBOT: usize = 2;
@@ -66,6 +71,8 @@ impl Problem for DataError {
 /// The files of tables.
 pub struct DataFiles {
     destination: Destination,
+    /// The rows that are compressed and wait.
+    compressed: usize,
     /// The time at which rows were last written.
     written: Instant,
 }
@@ -95,7 +102,7 @@ impl DataFiles {
             Some("parquet") => return Err(DataError::SingleParquet(path.to_owned()).into()),
             _ => Destination::Folder(empty_folder(path)?),
         };
-        Ok(DataFiles { destination, written: Instant::now() })
+        Ok(DataFiles { destination, compressed: 0, written: Instant::now() })
     }
 
     /// Returns true if there are files for other tables than that of robots.
@@ -103,26 +110,33 @@ impl DataFiles {
         matches!(self.destination, Destination::Folder(_))
     }
 
-    /// Returns true if so many rows, or rows for so long, wait that they should be written.
+    /// Returns true if the rows that wait are many, or wait for long: [`Self::take`] should take them.
     pub fn is_due(&self, rows: usize) -> bool {
-        rows >= ROWS_MAX || self.written.elapsed() >= WAIT_MAX
+        rows >= GROUP_ROWS || self.written.elapsed() >= WAIT_MAX
     }
 
-    /// Writes the rows that wait. The last call also writes tables that never had rows, so that
-    /// readers find their columns.
-    pub fn write<'a>(
+    /// Compresses the rows that wait, and writes all compressed rows if they are many or wait for long. The
+    /// last call writes all rows, and tables that never had any, so that readers find their columns.
+    pub fn take<'a>(
         &mut self,
-        robots: &mut RunData,
+        robots: &'a mut RunData,
         others: impl Iterator<Item = &'a mut RunData>,
         is_last: bool,
     ) -> Result<(), Box<dyn Problem>> {
         sort_robots(robots);
         match &mut self.destination {
             Destination::Folder(folder) => {
-                robots.write_part(folder, is_last)?;
-                for table in others {
+                let tables: Vec<&mut RunData> = [robots].into_iter().chain(others).collect();
+                self.compressed += tables.iter().map(|table| table.rows()).sum::<usize>();
+                let is_waiting = self.written.elapsed() < WAIT_MAX;
+                if self.compressed < FILE_ROWS && is_waiting && !is_last {
+                    tables.into_iter().for_each(RunData::compress);
+                    return Ok(());
+                }
+                for table in tables {
                     table.write_part(folder, is_last)?;
                 }
+                self.compressed = 0;
             }
             Destination::Csv { path, file } => {
                 let written = robots.write_csv(file).and_then(|()| file.flush());

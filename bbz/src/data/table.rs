@@ -22,6 +22,8 @@ pub struct RunData {
     pub name: &'static str,
     schema: Schema,
     cells: Vec<Cells>,
+    /// The next file, if it has rows.
+    file: Option<PartFile>,
     /// The number of files that were written.
     parts: usize,
 }
@@ -31,7 +33,7 @@ impl RunData {
     pub fn new(name: &'static str, columns: Vec<Column>) -> Self {
         let schema = Schema::new(columns).expect("the columns of a table have different names");
         let cells = schema.columns().iter().map(|column| Cells::of(column.kind)).collect();
-        RunData { name, schema, cells, parts: 0 }
+        RunData { name, schema, cells, file: None, parts: 0 }
     }
 
     /// Returns the number of rows that wait.
@@ -67,10 +69,10 @@ impl RunData {
         let order = order(keys);
         for cells in &mut self.cells {
             match cells {
-                Cells::Integers(values) => *values = in_order(values, &order),
-                Cells::OptionalIntegers(values) => *values = in_order(values, &order),
-                Cells::OptionalNumbers(values) => *values = in_order(values, &order),
-                Cells::OptionalTexts(values) => *values = in_order(values, &order),
+                Cells::Integers(values) => put_in_order(values, &order),
+                Cells::OptionalIntegers(values) => put_in_order(values, &order),
+                Cells::OptionalNumbers(values) => put_in_order(values, &order),
+                Cells::OptionalTexts(values) => put_in_order(values, &order),
             }
         }
     }
@@ -88,14 +90,22 @@ impl RunData {
         Block::new(&self.schema, cells).expect("each row has a cell in each column")
     }
 
-    /// Writes the rows that wait to the next file of the table's folder. Does nothing if there are
-    /// none, unless `is_last` is true and no file has been written: readers find the columns then.
-    pub fn write_part(&mut self, data: &Path, is_last: bool) -> Result<(), FileError> {
-        if self.rows() == 0 && !(is_last && self.parts == 0) {
-            return Ok(());
+    /// Compresses the rows that wait into the next file, in memory.
+    pub fn compress(&mut self) {
+        if self.rows() > 0 {
+            let mut file = self.file.take().unwrap_or_else(|| PartFile::begin(self));
+            file.add(self);
+            self.file = Some(file);
         }
-        let mut file = PartFile::begin(self);
-        file.add(self);
+    }
+
+    /// Writes all rows to the next file of the table's folder. Does nothing if there are none, unless
+    /// `is_last` is true and no file has been written: readers find the columns then.
+    pub fn write_part(&mut self, data: &Path, is_last: bool) -> Result<(), FileError> {
+        self.compress();
+        let is_needed = is_last && self.parts == 0;
+        let file = self.file.take().or_else(|| is_needed.then(|| PartFile::begin(self)));
+        let Some(file) = file else { return Ok(()) };
         file.write(data, self.parts)?;
         self.parts += 1;
         Ok(())
@@ -180,8 +190,10 @@ fn order(keys: &[i32]) -> Vec<usize> {
     order
 }
 
-fn in_order<T: Clone>(values: &[T], order: &[usize]) -> Vec<T> {
-    order.iter().map(|row| values[*row].clone()).collect()
+/// Puts values into an order that names each row once.
+fn put_in_order<T: Default>(values: &mut Vec<T>, order: &[usize]) {
+    let sorted = order.iter().map(|row| std::mem::take(&mut values[*row]));
+    *values = sorted.collect();
 }
 
 /// Returns a column that has a value in each row.

@@ -5,10 +5,23 @@ use std::sync::Arc;
 use super::super::TICKS_PER_SECOND;
 use super::super::condition::{against, aggregate, is_true, passes, reduce};
 use super::super::measure::BoundMeasure;
+use super::super::program::Program;
 use super::super::quantity::{AggregateProbe, QuantityProbe, QuantityReading};
 use super::super::swarm::measure;
 use super::Simulation;
+use crate::engine::{Pose, RobotView};
+use crate::robot::{ProgramId, SimRobot};
 use crate::scenario::{Condition, MeasureTime, Of, Reduction};
+
+/// A robot that has joined, between two ticks.
+pub struct JoinedRobot<'s> {
+    /// Its number in the scenario.
+    pub number: usize,
+    of: ProgramId,
+    program: &'s Program,
+    robot: &'s SimRobot,
+    view: RobotView,
+}
 
 impl Simulation {
     /// Reads a quantity of a robot.
@@ -16,13 +29,38 @@ impl Simulation {
     /// # Panics
     /// If the scenario has no robot of that number.
     pub fn read(&self, probe: &QuantityProbe, number: usize) -> QuantityReading<'_> {
-        if let QuantityProbe::Displacement(since) = probe {
-            let distance = self.displacement(*since, number);
-            return distance.map_or(QuantityReading::Nil, QuantityReading::Number);
+        // Robots that have not joined have no values.
+        let joined = self.joined_robot(number);
+        joined.map_or(QuantityReading::Nil, |robot| self.read_joined(probe, &robot))
+    }
+
+    /// Returns the robots that have joined, in the order of their numbers, to read several quantities of
+    /// each.
+    pub fn joined(&self) -> impl Iterator<Item = JoinedRobot<'_>> {
+        (0..self.robot_count()).filter_map(|number| self.joined_robot(number))
+    }
+
+    /// Reads a quantity of a robot that has joined.
+    pub fn read_joined<'s>(
+        &'s self,
+        probe: &QuantityProbe,
+        robot: &JoinedRobot<'s>,
+    ) -> QuantityReading<'s> {
+        let JoinedRobot { number, of, program, robot, ref view } = *robot;
+        match probe {
+            QuantityProbe::Displacement(since) => {
+                let distance = self.displacement(*since, number, view.pose);
+                distance.map_or(QuantityReading::Nil, QuantityReading::Number)
+            }
+            probe => probe.read(of, program, robot, view),
         }
+    }
+
+    fn joined_robot(&self, number: usize) -> Option<JoinedRobot<'_>> {
+        let (robot, view) = self.robot(number).zip(self.view(number))?;
         let of = self.event_queue.program(number);
-        let robot = self.robot(number).zip(self.view(number));
-        probe.read(of, &self.setup.loaded(of).program, robot)
+        let program = &self.setup.loaded(of).program;
+        Some(JoinedRobot { number, of, program, robot, view })
     }
 
     /// Returns the current numbers of a quantity: one for each robot, or a single one for a measure
@@ -60,10 +98,9 @@ impl Simulation {
         Some(number.map_or(QuantityReading::Nil, QuantityReading::Number))
     }
 
-    /// Returns the distance in mm from a robot's place at a tick, or from its start; `None` if the
-    /// robot was absent then or is absent now.
-    fn displacement(&self, since: Option<u64>, number: usize) -> Option<f64> {
-        let pose = self.view(number)?.pose;
+    /// Returns the distance in mm from a robot's place at a tick, or from its start, to where it is now;
+    /// `None` if the robot was absent then.
+    fn displacement(&self, since: Option<u64>, number: usize, pose: Pose) -> Option<f64> {
         let [x, y] = match since {
             Some(tick) => (*self.places.get(&tick)?.get(number)?)?,
             None => {
@@ -123,6 +160,12 @@ impl Simulation {
             MeasureTime::At(_) if bound.tick == Some(tick) => self.number(bound),
             MeasureTime::At(_) | MeasureTime::End => None,
         }
+    }
+
+    /// Returns the measures of the scenario that are known, in the order of the file. Those of the end are
+    /// known when the run is over.
+    pub fn measures(&self) -> Vec<Option<f64>> {
+        if self.is_over() { self.measures_now() } else { self.measures.clone() }
     }
 
     /// Returns the current measures. Those of the end have the numbers of now.

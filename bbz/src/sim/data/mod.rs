@@ -6,7 +6,11 @@ mod runs;
 mod seen;
 mod single;
 
-use bittybuzz_arena::run::{Observer, RunWatcher, Setup, Simulation, Summary, TICKS_PER_SECOND};
+use std::iter;
+
+use bittybuzz_arena::run::{
+    JoinedRobot, Observer, RunWatcher, Setup, Simulation, Summary, TICKS_PER_SECOND,
+};
 use bittybuzz_arena::scenario::{DataSection, Quantity, Scenario};
 use bittybuzz_tables::Cells;
 
@@ -90,20 +94,18 @@ impl RunTables {
         let [run, tick] = [u64::from(self.run), simulation.now()].map(count);
         let setup = simulation.setup();
         // A robot that has not joined has no state.
-        let robots =
-            (0..simulation.robot_count()).filter(|robot| simulation.view(*robot).is_some());
-        let robots: Vec<usize> = robots.collect();
-        let keys = |robot: &usize| [run, tick, count(setup.id(*robot).into())];
-        let [runs, ticks, ids, columns @ ..] = self.robots.cells() else {
-            unreachable!("the table has these three columns")
+        let robots: Vec<JoinedRobot<'_>> = simulation.joined().collect();
+        let [Cells::Integers(runs), Cells::Integers(ticks), Cells::Integers(ids), columns @ ..] =
+            self.robots.cells()
+        else {
+            unreachable!("the table has these three columns, which are integers")
         };
-        for (number, cells) in [runs, ticks, ids].into_iter().enumerate() {
-            let Cells::Integers(cells) = cells else { unreachable!("these columns are integers") };
-            cells.extend(robots.iter().map(|robot| keys(robot)[number]));
-        }
+        runs.extend(iter::repeat_n(run, robots.len()));
+        ticks.extend(iter::repeat_n(tick, robots.len()));
+        ids.extend(robots.iter().map(|robot| count(setup.id(robot.number).into())));
         for (column, cells) in self.robot_columns.iter().zip(columns) {
             // A text, a table and a function are no numbers.
-            let number = |robot: &usize| simulation.read(&column.probe, *robot).number();
+            let number = |robot| simulation.read_joined(&column.probe, robot).number();
             column.extend(cells, robots.iter().map(number));
         }
         if let Some(swarm) = &mut self.swarm {

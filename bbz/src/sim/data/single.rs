@@ -44,7 +44,7 @@ impl SingleData {
             return Ok(());
         }
         let (robots, others) = self.tables.tables();
-        self.files.write(robots, others, false)
+        self.files.take(robots, others, false)
     }
 
     /// Writes all rows, and the tables of the events and of the run itself.
@@ -59,6 +59,6 @@ impl SingleData {
         let runs = columns.table(RUN, summary.seed, &[], &setup.scenario, end);
         let mut ends = [events(RUN, &setup.scenario, summary), runs];
         let (robots, others) = self.tables.tables();
-        self.files.write(robots, others.chain(&mut ends), true)
+        self.files.take(robots, others.chain(&mut ends), true)
     }
 }
