@@ -4,15 +4,16 @@ use bittybuzz_arena::engine::Medium;
 use bittybuzz_arena::robot::{Glyph, SurroundingsKey};
 use bittybuzz_arena::run::{Program, Setup, Simulation, TICKS_PER_SECOND};
 use bittybuzz_arena::scenario::{
-    Group, MovableSection, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape, Task,
+    Group, MeasureTime, MovableSection, ObstacleSection, Outline, PatchSection, QUANTITIES, Shape,
+    Task,
 };
 
 use crate::band;
 use crate::conditions;
 use crate::page_event::{
     AssignmentDescription, BeginEvent, ExpectationDescription, FenceDescription, GlyphName,
-    GroupDescription, LinkDescription, MediumDescription, MovableDescription, ObstacleDescription,
-    PatchDescription, QuantityNames, SurroundingsDescription, TaskDescription,
+    GroupDescription, LinkDescription, MeasureDescription, MediumDescription, MovableDescription,
+    ObstacleDescription, PatchDescription, QuantityNames, SurroundingsDescription, TaskDescription,
 };
 use crate::relative::relative;
 
@@ -40,6 +41,11 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         let line = expect.condition.place.line;
         ExpectationDescription { name, text, line, band: band::describe(expect) }
     });
+    let measures = scenario.measures.iter().map(|measure| MeasureDescription {
+        name: measure.name.clone(),
+        text: measure.to_string(),
+        is_time: measure.time == MeasureTime::First,
+    });
     let assignment = scenario.assignment.as_ref().map(|assignment| AssignmentDescription {
         task: task(&assignment.task),
         translations: assignment.french.iter().map(|french| ("fr", task(french))).collect(),
@@ -62,6 +68,7 @@ pub fn describe(run: &Simulation) -> BeginEvent {
         commands: conditions::commands(run),
         quantities: quantities(setup),
         expectations: expects.collect(),
+        measures: measures.collect(),
         assignment,
         scripts: None,
         controls: None,

@@ -25,8 +25,8 @@ use crate::faults;
 use crate::pace::{Pace, RATES};
 use crate::page_event::{
     AttitudesEvent, BeginEvent, CommandsEvent, ConditionsEvent, DigestEvent, ExplanationEvent,
-    FailedEvent, FaultEvent, LogEvent, PageEvent, ScenarioEvent, ScriptsDescription, SeekingEvent,
-    TrialsEvent,
+    FailedEvent, FaultEvent, LogEvent, MeasuresEvent, PageEvent, ScenarioEvent, ScriptsDescription,
+    SeekingEvent, TrialsEvent,
 };
 use crate::reports::Reports;
 use crate::request::Request;
@@ -103,6 +103,8 @@ pub struct Live {
     attitudes: AttitudesEvent,
     /// The verdicts of the expectations, as they were last sent to the client.
     verdicts: Vec<Verdict>,
+    /// The measures, as they were last sent to the client.
+    measures: MeasuresEvent,
     /// True if the emulation of robots failed, so that the run cannot go on.
     has_failed: bool,
     /// The client's choice whether the run pauses at a fault, if it made one.
@@ -142,6 +144,7 @@ impl Live {
             changes: Changes::default(),
             attitudes: AttitudesEvent::default(),
             verdicts: Vec::new(),
+            measures: MeasuresEvent::default(),
             has_failed: false,
             stop_on_error: None,
             breakpoints: Breakpoints::default(),
@@ -544,6 +547,7 @@ impl Source for Live {
         self.series.restart();
         self.samples.restart();
         self.verdicts.clear();
+        self.measures = MeasuresEvent::default();
         self.attitudes = AttitudesEvent::default();
         self.trials = None;
         self.reports.forget_sent(0);

@@ -19,9 +19,9 @@ use crate::words::Word;
 pub use world::{
     AssignmentDescription, BandDescription, BeginEvent, CommandDescription, ExpectationDescription,
     FenceDescription, GlyphName, GroupDescription, LightDescription, LinkDescription,
-    MediumDescription, MovableDescription, ObstacleDescription, PatchDescription,
-    PoseErrorDescription, QuantityNames, RecordingDescription, ScriptsDescription,
-    SurroundingsDescription, TaskDescription, UnsavedText,
+    MeasureDescription, MediumDescription, MovableDescription, ObstacleDescription,
+    PatchDescription, PoseErrorDescription, QuantityNames, RecordingDescription,
+    ScriptsDescription, SurroundingsDescription, TaskDescription, UnsavedText,
 };
 
 /// An event. In JSON, the key `event` has the name of the variant.
@@ -53,6 +53,8 @@ pub enum PageEvent {
     Breakpoints(BreakpointsEvent),
     /// A new verdict of an expectation.
     Expectation(ExpectationEvent),
+    /// The measures, after they have changed.
+    Measures(MeasuresEvent),
     /// The memory of the robot that the client inspects.
     Inspection(Box<InspectionEvent>),
     /// The attitudes of the robots that fly, after they have changed.
@@ -287,6 +289,13 @@ pub enum VerdictName {
     Open,
     Held,
     Failed,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MeasuresEvent {
+    /// The number of each measure; `None` if it is not known yet, or not finite.
+    pub values: Vec<Option<f64>>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

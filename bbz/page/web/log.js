@@ -1,6 +1,6 @@
-// The lines that robots logged, the faults of scripts, and the expectations.
+// The lines that robots logged, the faults of scripts, the expectations and the measures.
 
-import { element, part, write } from "./element.js";
+import { element, inside, part, write } from "./element.js";
 import { texts } from "./texts.js";
 
 // Lines that are kept.
@@ -11,6 +11,7 @@ const PAUSE = 150;
 
 /**
  * @import { Expectation } from "./page"
+ * @import { MeasureDescription } from "./events"
  */
 
 /**
@@ -134,4 +135,18 @@ export function showTests(expectations, older) {
         write(part("older"), reason);
     }
     document.body.classList.toggle("older", older !== null);
+}
+
+// `values` are those that are known, `null` for the others; `isOver` if the run has ended.
+/**
+ * @param {MeasureDescription[]} measures
+ * @param {(number | null)[]} values
+ * @param {boolean} isOver
+ */
+export function showMeasures(measures, values, isOver) {
+    const lines = measures.map(({ name, text, is_time: isTime }, number) => element("p", {},
+        element("b", {}, texts.measured(values[number] ?? null, isTime, isOver)),
+        element("span", {}, `${name}: ${text}`)));
+    inside(part("measures"), "div").replaceChildren(...lines);
+    part("measures").hidden = measures.length === 0;
 }

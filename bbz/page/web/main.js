@@ -9,7 +9,7 @@ import { element, fillTexts, inside, option, part, row, save, showIcon, Tabs, wr
 import { editedPlace, faultParts } from "./fault.js";
 import { Grading } from "./grading.js";
 import { Ground } from "./ground.js";
-import { Log, showTests } from "./log.js";
+import { Log, showMeasures, showTests } from "./log.js";
 import { showExplanation, showMessages } from "./messages.js";
 import { Notice } from "./notice.js";
 import { DisplayOptions } from "./display.js";
@@ -49,6 +49,9 @@ let hasPlayed = false;
 let wanted = false;
 // True while new verdicts wait to be shown.
 let areVerdictsNew = false;
+// The measures that are known, `null` for the others.
+/** @type {(number | null)[]} */
+let measured = [];
 // The timer that says why a pause has to wait.
 let pausing = 0;
 let defect = "";
@@ -193,6 +196,8 @@ const handlers = {
             tabs.show("script");
         }
         showLights();
+        measured = [];
+        showMeasured();
         editor.choose(view.chosen === null ? null : robots.ids[view.chosen]);
         document.body.classList.toggle("recorded", Boolean(begun.recording));
         document.body.classList.toggle("watched", Boolean(begun.watched));
@@ -221,7 +226,11 @@ const handlers = {
             announce(texts.pausedAt(clockAt(event.tick)));
         }
         hasPlayed = event.plays;
+        const hasEnded = state.over;
         state = event;
+        if (hasEnded !== event.over) {
+            showMeasured();
+        }
         if (event.tick < robots.tick) {
             // The sample of that tick may be skipped.
             log.forget(event.tick);
@@ -298,6 +307,10 @@ const handlers = {
     },
     breakpoints(event) {
         editor.marks.take(event);
+    },
+    measures({ values }) {
+        measured = values;
+        showMeasured();
     },
     expectation({ number, verdict, tick }) {
         Object.assign(world?.expectations[number] ?? {}, { verdict, tick });
@@ -453,6 +466,10 @@ function showVerdicts() {
 function showLights() {
     const isLoaded = world?.commands.some(({ text }) => /^load\b/.test(text));
     showTests(world?.expectations ?? [], isLoaded ? "loaded" : editor.isChanged() ? "edited" : null);
+}
+
+function showMeasured() {
+    showMeasures(world?.measures ?? [], measured, state.over);
 }
 
 // A defect of bbz stays in sight.

@@ -243,6 +243,9 @@ export const english = {
     lostLines: (/** @type {number} */ count) => `${count.toLocaleString("en")} earlier lines came faster than they can be shown.`,
     noLog: "Nothing was logged so far. A call such as log(\"count: \", n) in a script writes a line here.",
     noTests: "The scenario expects nothing. Each [[expect]] in its text becomes a light here.",
+    measures: "Measures",
+    /** @type {(value: number | null, isTime: boolean, isOver: boolean) => string} */
+    measured: (value, isTime, isOver) => (value === null ? (isOver ? (isTime ? "not reached" : "no number") : "open") : isTime ? `${value.toFixed(1)} s` : numberText(value)),
     lightsOf: (/** @type {number} */ held, /** @type {number} */ count) => `${held} of ${count} lights green`,
     verdicts: { open: "open", held: "held", failed: "failed" },
     ofOlder: "of an older text",

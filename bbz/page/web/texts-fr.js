@@ -237,6 +237,8 @@ export const french = {
     lostLines: (count) => `${count.toLocaleString("fr-FR")} lignes précédentes sont arrivées trop vite pour être montrées.`,
     noLog: "Rien dans le journal pour l'instant. Un appel tel que log(\"nombre : \", n) dans un script écrit une ligne ici.",
     noTests: "Le scénario n'attend rien. Chaque [[expect]] de son texte devient un voyant ici.",
+    measures: "Mesures",
+    measured: (value, isTime, isOver) => (value === null ? (isOver ? (isTime ? "non atteint" : "aucun nombre") : "ouvert") : isTime ? `${value.toFixed(1)} s` : numberText(value)),
     lightsOf: (held, count) => `${held} ${held > 1 ? "voyants verts" : "voyant vert"} sur ${count}`,
     verdicts: { open: "ouvert", held: "tenu", failed: "échoué" },
     ofOlder: "d'un texte plus ancien",

@@ -7,7 +7,9 @@ use crate::answers;
 use crate::conditions;
 use crate::events;
 use crate::pace::Pace;
-use crate::page_event::{AnswersEvent, ExpectationEvent, PageEvent, SeriesCutEvent, StateEvent};
+use crate::page_event::{
+    AnswersEvent, ExpectationEvent, MeasuresEvent, PageEvent, SeriesCutEvent, StateEvent,
+};
 
 impl Live {
     /// Adds the lines and faults that the client does not have, and the state of the run.
@@ -26,7 +28,7 @@ impl Live {
         }));
     }
 
-    /// Adds an event for each expectation whose verdict has changed.
+    /// Adds an event for each expectation whose verdict has changed, and one if measures have.
     pub(super) fn add_verdicts(&mut self) {
         let convergences = self.session.run().convergences();
         let verdicts: Vec<Verdict> = convergences.iter().map(|one| one.verdict).collect();
@@ -40,6 +42,14 @@ impl Live {
             self.events.push(PageEvent::Expectation(event));
         }
         self.verdicts = verdicts;
+        // JSON has no other numbers. They would also differ from themselves, and be sent each time.
+        let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
+        let values = self.session.run().measures().into_iter().map(finite).collect();
+        let measures = MeasuresEvent { values };
+        if self.measures != measures {
+            self.events.push(PageEvent::Measures(measures.clone()));
+            self.measures = measures;
+        }
     }
 
     /// Adds an event if lamps or commands have changed.

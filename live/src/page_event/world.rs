@@ -41,6 +41,7 @@ pub struct BeginEvent {
     pub commands: Vec<CommandDescription>,
     pub quantities: QuantityNames,
     pub expectations: Vec<ExpectationDescription>,
+    pub measures: Vec<MeasureDescription>,
     pub assignment: Option<AssignmentDescription>,
     /// Present if scripts can be edited.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -235,6 +236,16 @@ pub struct ExpectationDescription {
     pub line: usize,
     /// The values that it wants; `None` if they are not a range of numbers.
     pub band: Option<BandDescription>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(ts_rs::TS))]
+pub struct MeasureDescription {
+    pub name: String,
+    /// The measure in words.
+    pub text: String,
+    /// True if it is the time in seconds at which a condition is true first.
+    pub is_time: bool,
 }
 
 /// A range of a quantity for some time, in which an expectation wants the robots' values.
