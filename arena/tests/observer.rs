@@ -324,6 +324,25 @@ fn a_snapshot_has_no_observer() {
 }
 
 #[test]
+fn an_observer_sees_nothing_of_the_ticks_between_its_own() {
+    let run = || Simulation::new(busy::setup("gaps", TROUBLE), 5, 1).unwrap();
+    let (mut all, mut some) = (RecordingObserver::default(), RecordingObserver::default());
+    observe(&mut run(), &mut all);
+    let is_observed = |tick: u64| (tick / 3).is_multiple_of(2);
+    let mut run = run();
+    while !run.is_over() {
+        match is_observed(run.now()) {
+            true => run.tick_observed(&mut some).unwrap(),
+            false => run.tick().unwrap(),
+        }
+    }
+    all.calls.retain(|(tick, ..)| is_observed(*tick));
+    assert!(!some.calls.is_empty() && some.calls == all.calls);
+    all.faults.retain(|(_, fault)| is_observed(fault.tick));
+    assert!(!some.faults.is_empty() && some.faults == all.faults);
+}
+
+#[test]
 fn observed_logs_and_faults_agree_with_the_report() {
     let mut run = Simulation::new(busy::setup("reported", ""), 5, 1).unwrap();
     let (mut observer, mut logged) = (RecordingObserver::default(), Vec::new());

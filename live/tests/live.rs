@@ -18,7 +18,7 @@ use crate::{go_to, taken};
 const SCRIPT: &str = "n = 0 t = {.a = 1, .b = {.c = 2}}\n\
     function step() {\n  n = n + 1\n  if(id == 7 and n == 5) log(\"n is \", n)\n  if(id == 7 and n == 8) led(n / 0)\n  led(n % 8)\n  forward()\n  neighbors.broadcast(\"n\", n)\n}\n";
 
-const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 10\n\
+pub const SCENARIO: &str = "[world]\nsize = [800, 600]\nduration = 10\n\
     obstacles = [{ at = [300, 200], radius = 20 }, { at = [300, -200], size = [20, 10], heading = -45 }]\n\
     ground = [{ at = [-100, 0], size = [50, 20], heading = 30 }, { at = [0, 0], radius = 5, brightness = 0.5 }]\n\
     lights = [[100, 100]]\n\n\
@@ -52,7 +52,7 @@ fn live() -> Live {
     live_of(SCENARIO)
 }
 
-fn live_of(text: &str) -> Live {
+pub fn live_of(text: &str) -> Live {
     live_in(files(), text)
 }
 
@@ -246,38 +246,6 @@ fn faults_and_log_lines_are_queued_until_the_client_takes_them() {
     // `at = 2`, and the end of `within = 3`.
     assert_eq!((&verdicts[0]["tick"], &verdicts[1]["tick"]), (&json!(20), &json!(30)));
     assert_eq!((&verdicts[1]["number"], &verdicts[1]["verdict"]), (&json!(1), &json!("failed")));
-}
-
-/// A time is known when its condition is true, a number at its time, and one of the end at the end.
-#[test]
-fn measures_come_when_they_are_known() {
-    let measures = "[[measure]]\nname = \"first\"\nvalue = \"max(global.n)\"\nabove = 7\n\
-        [[measure]]\nname = \"never\"\nvalue = \"max(global.n)\"\nabove = 1000\n\
-        [[measure]]\nname = \"then\"\nvalue = \"max(global.n)\"\nat = 2\n\
-        [[measure]]\nname = \"last\"\nvalue = \"max(global.n)\"\nabove = 50\nat = \"end\"\n";
-    let mut live = live_of(&format!("{SCENARIO}{measures}"));
-    let of = |live: &mut Live| -> Option<Value> {
-        let all = taken(live);
-        all.into_iter().rfind(|one| one["event"] == "measures").map(|one| one["values"].clone())
-    };
-    live.begin();
-    let all = taken(&mut live);
-    let first =
-        json!({ "name": "first", "text": "first time of max(global.n) above 7", "is_time": true });
-    assert_eq!((&all[0]["event"], &all[0]["measures"][0]), (&json!("begin"), &first));
-    assert_eq!(all[0]["measures"][3]["is_time"], json!(false));
-    go_to(&mut live, 7);
-    assert_eq!(of(&mut live), None);
-    go_to(&mut live, 20);
-    let known = of(&mut live).unwrap();
-    let time = known[0].as_f64().unwrap();
-    assert!((0.8..=1.0).contains(&time), "{known}");
-    assert_eq!(known, json!([time, null, 19.0, null]));
-    go_to(&mut live, 100);
-    assert_eq!(of(&mut live), Some(json!([time, null, 19.0, 1.0])));
-    // A way back forgets those of later.
-    go_to(&mut live, 7);
-    assert_eq!(of(&mut live), Some(json!([null, null, null, null])));
 }
 
 /// A client that takes nothing costs no memory: of 3,000 lines it gets the newest, and one state.

@@ -13,6 +13,7 @@ mod changes;
 mod editor;
 mod faults;
 mod live;
+mod measures;
 mod questions;
 mod recorded;
 mod series;

@@ -36,12 +36,12 @@ use bittybuzz_inspect::{Inspection, Limits};
 
 use crate::engine::{
     AddError, Attitude, Digest, Environment, HerdId, IntruderSettings, Lamp, MovableDisc, Pose,
-    RobotId, RobotState, RobotView, Stream, TICK_US, World,
+    RobotState, RobotView, Stream, TICK_US, World,
 };
 use crate::robot::checks::{Findings, WatchStop, WatchedTick};
 use crate::robot::{
     BatteryState, FaultCounts, Interest, LogLine, News, PoseError, PostMortem, ProgramId,
-    ScriptNumber, SeenEvent, SimRobot,
+    ScriptNumber, SimRobot,
 };
 use crate::scenario::{
     ADVERSARIES_MAX, Adversary, Backend, NewNumbers, Quantity, ScenarioCause, ScenarioError,
@@ -50,6 +50,7 @@ use crate::scenario::{
 
 mod globals;
 mod measuring;
+mod observed;
 mod questions;
 
 pub use measuring::JoinedRobot;
@@ -58,7 +59,6 @@ use super::adversary::intruder;
 use super::event_queue::EventQueue;
 use super::expectation::Convergence;
 use super::firmware::{FirmwareError, Fleets};
-use super::observer::{self, Observer};
 use super::place::poses;
 use super::program::Program;
 use super::settings::{
@@ -405,40 +405,6 @@ impl Simulation {
         }
         self.observe();
         Ok(())
-    }
-
-    /// Simulates 100 ms as [`tick`](Self::tick) does, and then passes the events that an observer
-    /// uses to it.
-    /// Observation does not change the run, bit for bit. A tick that fails passes the events up to
-    /// the failure.
-    pub fn tick_observed(&mut self, observer: &mut dyn Observer) -> Result<(), FirmwareError> {
-        let tick = self.world.now();
-        let interest = observer.interest();
-        if interest.frames {
-            self.world.watch();
-        }
-        self.world.brains_mut().for_each(|robot| robot.watch(interest));
-        self.is_watched = true;
-        self.interest = Some(interest);
-        let outcome = self.tick();
-        self.interest = None;
-        let frames = self.world.take_frame_log();
-        let robots = self.world.brains_mut().zip((0..).map(RobotId));
-        let seen =
-            robots.flat_map(|(robot, id)| robot.take_seen().into_iter().map(move |one| (id, one)));
-        let seen: Vec<(RobotId, SeenEvent)> = seen.collect();
-        if seen.is_empty() && frames.arrivals.is_empty() && frames.attempts.is_empty() {
-            return outcome;
-        }
-        let (numbers, count) = (self.event_queue.numbers(), self.robot_count());
-        // The other senders are adversaries, whose ids count down from the highest one.
-        let number = |id: RobotId| match numbers.get(usize::from(id.0)) {
-            Some(number) => *number,
-            None => count + usize::from(u16::MAX - id.0),
-        };
-        let all = count + self.world.intruder_count();
-        observer::show(tick, &number, all, frames, seen, observer);
-        outcome
     }
 
     /// Returns a hash of everything that decides the further course of the run: world, machines,
