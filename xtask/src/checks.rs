@@ -8,10 +8,9 @@ use anyhow::Result;
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{
-    self, BOOK, CHECK, FIGURES, SKIP_SLOW, all_but_emulators, all_tests, cargo_test, emulators,
-    guides, shared_packages,
+    self, BOOK, CHECK, FEATURES, FIGURES, SKIP_SLOW, all_but_emulators, all_tests, cargo_test,
+    emulators, guides, shared_packages,
 };
-use bittybuzz_builds::probe::PROBES;
 use bittybuzz_builds::shell::{Invocation, at_once, cargo, keep_lock_files};
 use bittybuzz_builds::test_programs::Variables;
 use bittybuzz_builds::{chip, on_chip, setup, test_programs};
@@ -141,11 +140,8 @@ impl Step {
         match self {
             Step::Lint => lint()?,
             Step::Doc => document()?,
-            Step::Book => cargo_test(&["--package", BOOK]).run()?,
-            Step::Sizes => {
-                no_panic()?;
-                sizes::check_record()?;
-            }
+            Step::Book => cargo_test(&["--package", BOOK, "--package", FEATURES]).run()?,
+            Step::Sizes => sizes::check_record()?,
             Step::Bench => bench::check()?,
             Step::OnChip => on_chip::sample()?,
             Step::Emulators => {
@@ -323,16 +319,7 @@ fn lint_others() -> Result<()> {
 fn lint_host() -> Result<()> {
     let all = [&CLIPPY[..], &all_but_emulators(), &DENY].concat();
     without_python(Invocation::cargo(&all)).run()?;
+    // Users build the tool alone, so that its crates have only the features that they ask for.
+    cargo(&[&["clippy", "--package", "bbz"], &DENY[..]].concat())?;
     soak::lint_fuzz_targets(&DENY)
-}
-
-/// Links the virtual machine for the robots' cores with a panic handler that does not exist, which
-/// fails if the machine can panic.
-fn no_panic() -> Result<()> {
-    for probe in PROBES {
-        for extent in probe.extents() {
-            probe.build(*extent, false)?;
-        }
-    }
-    Ok(())
 }

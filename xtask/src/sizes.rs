@@ -4,7 +4,8 @@
 //! An image is measured as it is flashed, but without the data that only a debug probe reads, if
 //! they can be left out. The machine alone is measured with a probe program: the size with the
 //! machine less the size without it. The image that the probe runs is not known to the compiler, so
-//! the probe contains all of the machine, soft float included:
+//! the probe contains all of the machine, soft float included. A probe that could panic would not link,
+//! so these builds also show that the machine cannot panic:
 //!
 //! | name | the machine with |
 //! |---|---|

@@ -46,9 +46,6 @@ pub const CORTEX_M0: PanicProbe = PanicProbe {
 pub const CORTEX_M4F: PanicProbe =
     PanicProbe { robot: "crazyflie", target: "thumbv7em-none-eabihf", ..CORTEX_M0 };
 
-/// All probes.
-pub const PROBES: [&PanicProbe; 3] = [&ATMEGA328P, &CORTEX_M0, &CORTEX_M4F];
-
 impl PanicProbe {
     /// Returns the extents that can be built for this core.
     pub fn extents(&self) -> &'static [Extent] {

@@ -16,10 +16,14 @@ pub fn install(python: &Path, wheel: &Path) -> Result<()> {
     Invocation::named("pip", python, &[&arguments[..], &[&wheel]].concat()).run()
 }
 
+/// The option that compiles shared crates with the features of tests, which have compiled them already.
+pub const TESTED: [&str; 2] = ["--features", "tested"];
+
 /// Builds the wheel for tests, in their profile, with the `maturin` of a Python. Returns its path.
 pub fn tested(python: &Path) -> Result<PathBuf> {
     let interpreter = python.display().to_string();
-    wheel(|arguments| maturin(python, arguments), &["--interpreter", &interpreter])
+    let options = [&TESTED[..], &["--interpreter", &interpreter]].concat();
+    wheel(|arguments| maturin(python, arguments), &options)
 }
 
 /// Builds the wheel that is downloaded, for a platform or for this computer. Returns its path.
