@@ -96,7 +96,9 @@ fn zooids_pass_as_fast() {
     compare("zooids", "radius = 100\n[medium.nrf24]\nloss = 0\n", &table::zooids(), Core::Own);
 }
 
+/// Keeps a processor busy for a minute and a half. CI has the same test of the other robots.
 #[test]
+#[ignore = "soak"]
 fn crazyflies_pass_as_fast() {
     let group = "radius = 150\nprofile = \"tiny\"\n[medium.p2p]\nloss = 0\n";
     compare("crazyflie", group, &crazyflie_tiny(), Core::Unicorn);

@@ -70,7 +70,9 @@ impl Run {
     }
 }
 
+/// Keeps a processor busy for more than a minute. CI has the flight that a low battery ends, and an empty battery from the start.
 #[test]
+#[ignore = "soak"]
 fn a_battery_that_runs_down_warns_stops_and_switches_off() {
     let mut run = Run::begin();
     run.ms(2000);

@@ -207,7 +207,9 @@ fn a_zooid_survives_forged_messages() {
     assert_arrived(arrived);
 }
 
+/// Keeps a processor busy for forty seconds. CI has the same test of Zooids.
 #[test]
+#[ignore = "soak"]
 fn a_crazyflie_survives_forged_messages() {
     let (blinking, barrier) = ("examples/swarm/blinking.bzz", "examples/swarm/barrier.bzz");
     let keys = ["key 0 with clock 1000", "key 1 with clock 1000"];

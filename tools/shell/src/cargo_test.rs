@@ -6,19 +6,8 @@ use std::env::consts::EXE_SUFFIX;
 use std::path::PathBuf;
 
 /// Arguments that skip tests which take long and seldom fail alone: those on the slower emulated processor,
-/// and four tests of `tests/hil` that keep a processor busy for 170 s together.
-pub const SKIP_SLOW: [&str; 10] = [
-    "--skip",
-    "qemu",
-    "--skip",
-    "barriers::crazyflies_pass_as_fast",
-    "--skip",
-    "battery::a_battery_that_runs_down",
-    "--skip",
-    "forged::a_crazyflie_survives",
-    "--skip",
-    "slices::slices_of_a_crazyflie",
-];
+/// and one of `tests/hil` that keeps a processor busy for half a minute.
+pub const SKIP_SLOW: [&str; 4] = ["--skip", "qemu", "--skip", "slices::slices_of_a_crazyflie"];
 
 /// The package whose integration test carries out the guides. It compiles a copy of the repository,
 /// so it is a step of its own.
@@ -58,6 +47,9 @@ pub const EMULATORS: [&str; 7] = [
 
 /// The package of the book. Most crates that it compiles have no other user.
 pub const BOOK: &str = "bittybuzz-book";
+
+/// The package without code that gives shared crates the features of all tests.
+pub const FEATURES: &str = "bittybuzz-features";
 
 /// The package of the Python module, which alone needs Python. Its tests are in Python.
 pub const PYTHON: &str = "bittybuzz-python";
