@@ -29,8 +29,8 @@ pub fn check() -> Result<()> {
         .run()
 }
 
-/// Fails if a crate of the module has other features than in the build of all tests, so that it would be
-/// compiled twice, and what uses it with it.
+/// Fails if a crate of the module has other features than in the build of all tests: cargo would compile
+/// it twice, and every crate that uses it.
 fn check_features() -> Result<()> {
     let module = ["--package", cargo_test::PYTHON];
     let module = features(&[&module[..], &TESTED, &["--edges", "normal,build"]].concat())?;
