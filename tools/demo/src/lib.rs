@@ -21,6 +21,9 @@ const PICTURES: &str = "target/demo";
 /// Exit status of `bbz` for a script that does not compile.
 const COMPILE_ERROR: i32 = 2;
 
+/// The profile in which `bbz` is compiled soonest.
+const PROFILE: &str = "demonstration";
+
 /// Runs the demonstration.
 pub fn run(no_browser: bool) -> Result<()> {
     let bbz = without_page()?;
@@ -30,8 +33,8 @@ pub fn run(no_browser: bool) -> Result<()> {
 
 /// Runs the parts before the page. Returns the path of `bbz`.
 pub fn without_page() -> Result<PathBuf> {
-    cargo(&["build", "--package", "bbz"])?;
-    let bbz = target()?.join("debug").join(format!("bbz{}", std::env::consts::EXE_SUFFIX));
+    cargo(&["build", "--package", "bbz", "--profile", PROFILE])?;
+    let bbz = target()?.join(PROFILE).join(format!("bbz{}", std::env::consts::EXE_SUFFIX));
     heading(SCRIPT)?;
     Invocation::named("bbz", &bbz, &["run", SCRIPT, "--steps", STEPS]).run()?;
     for script in scripts(root(), "examples/errors")? {
