@@ -39,7 +39,7 @@ fn check_features() -> Result<()> {
     ensure!(
         other.is_empty(),
         "the Python module has these crates with other features than tests, so that both compile them; add \
-         what is missing to bbz/features/Cargo.toml: {}",
+         the missing features to bbz/features/Cargo.toml: {}",
         other.join(", ")
     );
     Ok(())
