@@ -1,4 +1,7 @@
-"""A browser for all tests: CHROMIUM names it [default: chromium-headless-shell]."""
+"""A browser for all tests: CHROMIUM names it [default: chromium-headless-shell].
+
+Tests with the mark `soak` repeat others with more examples; `cargo xtask soak page` runs them, and CI does not.
+"""
 
 import os
 import pathlib
@@ -10,6 +13,15 @@ from playwright.sync_api import expect, sync_playwright
 
 # The time that a busy computer may take for what is expected.
 expect.set_options(timeout=30_000)
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "soak: one of many like it, for `cargo xtask soak page`")
+
+
+def sampled(values, sample):
+    """The values as parameters of a test, of which CI has those that `sample` accepts."""
+    return [value if sample(value) else pytest.param(value, marks=pytest.mark.soak) for value in values]
 
 
 def launch(chromium):

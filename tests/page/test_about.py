@@ -7,7 +7,7 @@ import subprocess
 import xml.etree.ElementTree
 
 import pytest
-from conftest import note_problems
+from conftest import note_problems, sampled
 from playwright.sync_api import expect
 from test_accessibility import contrast
 from test_page import address, at, bbz, end, go, place, robot, show, window
@@ -246,11 +246,14 @@ def test_labels_appear_where_there_is_room(page):
     assert painted_labels(page) == 0
 
 
+SAMPLE = ["examples/flight/hover.toml", "examples/kilobot/distance.toml", "examples/zooids/recharge.toml"]
+
+
 def proposing():
     return [path.relative_to(ROOT).as_posix() for path in sorted(ROOT.glob("examples/**/*.toml")) if "# try:" in path.read_text()]
 
 
-@pytest.mark.parametrize("scenario", proposing())
+@pytest.mark.parametrize("scenario", sampled(proposing(), SAMPLE.__contains__))
 def test_what_examples_propose_works(browser, tmp_path, scenario):
     environment = {**os.environ, "XDG_STATE_HOME": str(tmp_path)}
     process = subprocess.Popen(bbz("sim", scenario, "--view", "--no-browser"), cwd=ROOT, stdout=subprocess.PIPE, text=True, env=environment)

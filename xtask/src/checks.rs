@@ -8,9 +8,10 @@ use anyhow::Result;
 use bittybuzz_bench_harness as bench;
 use bittybuzz_builds::board::{BOARDS, CRAZYFLIE, KILOBOT, ZOOIDS};
 use bittybuzz_builds::cargo_test::{
-    self, BOOK, CHECK, FEATURES, FIGURES, SKIP_SLOW, all_but_emulators, all_tests, cargo_test,
-    emulators, guides, shared_packages,
+    BOOK, CHECK, FEATURES, FIGURES, SKIP_SLOW, all_but_emulators, all_tests, cargo_test, emulators,
+    guides, shared_packages,
 };
+use bittybuzz_builds::page_tests::page_tests;
 use bittybuzz_builds::shell::{Invocation, at_once, cargo, keep_lock_files};
 use bittybuzz_builds::test_programs::Variables;
 use bittybuzz_builds::{chip, on_chip, setup, test_programs};
@@ -214,19 +215,10 @@ fn wasm() -> Result<()> {
     all_tests(&["--test", "everywhere"], &[]).env(MODULE, &module.display().to_string()).run()
 }
 
-/// Tests the page of `bbz sim --view` and the playground in a headless browser.
+/// Tests the page of `bbz sim --view` and the playground in a headless browser, but for the tests of `soak page`.
 fn page() -> Result<()> {
     vendor::check()?;
-    let python = setup::browser()?;
-    let bbz = cargo_test::bbz()?;
-    // Each file in one of two processes, which wait for pages and runs for half of their time.
-    let arguments =
-        ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-n", "2", "--dist", "loadfile"];
-    Invocation::named("python3", &python, &[&arguments[..], &["tests/page"]].concat())
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .env("BBZ", &bbz.display().to_string())
-        .env("SITE", &site::build()?.display().to_string())
-        .run()
+    page_tests(&site::build()?, "not soak")?.run()
 }
 
 /// Fails if a lock file does not match its manifests.

@@ -17,6 +17,7 @@ mod image_flights;
 mod kilobots;
 mod mutants;
 mod notebooks;
+mod pages;
 mod properties;
 mod protocol;
 mod same;
@@ -126,6 +127,7 @@ const PARTS: &[Part] = &[
         run: notebooks::run,
         made_of: notebooks::MADE_OF,
     },
+    Part { name: "page", items: pages::items, run: pages::run, made_of: pages::MADE_OF },
     Part { name: "properties", items: properties::items, run: properties::run, made_of: ALL },
     Part {
         name: "protocol",

@@ -8,6 +8,7 @@ pub mod chip;
 pub mod copy;
 pub mod elf;
 pub mod on_chip;
+pub mod page_tests;
 pub mod probe;
 pub mod programs;
 pub mod python_module;
