@@ -22,7 +22,7 @@ const TESTS: [&str; 8] = [
 pub fn run(update: bool) -> Result<()> {
     let date = Invocation::new("date", &["+%F"]).unannounced().output(0)?;
     let date = String::from_utf8(date.stdout)?;
-    let filters = [&["--nocapture"], &TESTS[..]].concat();
+    let filters = [&["--nocapture", "--include-ignored"], &TESTS[..]].concat();
     let mut tests = image_tests(&filters)?.env(FIGURES, if update { date.trim() } else { CHECK });
     for (variable, board) in [
         ("BITTYBUZZ_CRAZYFLIE", &CRAZYFLIE),

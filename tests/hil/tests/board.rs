@@ -86,6 +86,7 @@ fn boards_with_other_motors_are_refused_and_named() {
 }
 
 #[test]
+#[ignore = "soak"]
 fn a_board_with_other_motors_is_refused_on_qemu() {
     for (device_type, is_refused) in [("0;C21B", true), ("0;CF20", false)] {
         let mut robot = Robot::crazyflie(Core::Qemu, DRIVE);

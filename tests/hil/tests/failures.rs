@@ -77,6 +77,7 @@ fn a_dead_task_restarts_the_robot_on_unicorn() {
 }
 
 #[test]
+#[ignore = "soak"]
 fn a_dead_task_restarts_the_robot_on_qemu() {
     a_dead_task_restarts_the_robot(Core::Qemu, &TASKS[..1]);
 }

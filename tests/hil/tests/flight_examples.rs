@@ -74,14 +74,10 @@ fn least_distance_mm(simulation: &Simulation) -> f32 {
     pairs.fold(f32::INFINITY, f32::min)
 }
 
-/// One robot that stays over its place, and one that flies from place to place. More robots take too
-/// long for every run.
+/// A robot that flies from place to place. More robots take too long for every run.
 #[test]
-fn examples_fly_on_the_image() {
-    for name in ["hover", "square"] {
-        let least_mm = fly(&format!("examples/flight/{name}.toml"), &[]);
-        assert!(least_mm > APART_MM, "{name}: {least_mm} mm");
-    }
+fn an_example_flies_on_the_image() {
+    fly("examples/flight/square.toml", &[]);
 }
 
 /// The settings of a group are written to the flash of its robots.

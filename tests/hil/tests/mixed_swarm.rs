@@ -78,10 +78,9 @@ fn zooids_and_crazyflies_agree_over_a_bridge() {
 }
 
 /// Three kinds, whoever of them writes: three Kilobots, two Zooids and a Crazyflie. `cargo xtask demo --robots` shows more of them.
-#[test]
-fn kilobots_zooids_and_crazyflies_share_a_number() {
+fn three_kinds_share_a_number(writers: &[u16]) {
     let text = std::fs::read_to_string(bbz::root().join("examples/kilobot/stigmergy.bzz")).unwrap();
-    for writer in [1, 16, 30] {
+    for writer in writers {
         let writes = text.replace("WRITER = 0 ", &format!("WRITER = {writer} "));
         assert_ne!(writes, text);
         let script = ScriptFile::new(&format!("mixed-swarm-{writer}"), &writes);
@@ -113,6 +112,18 @@ fn kilobots_zooids_and_crazyflies_share_a_number() {
         // Whoever writes has written 1.
         assert_eq!(leds, [1; 6], "written by {writer}");
     }
+}
+
+/// The bridge brings it to both other kinds.
+#[test]
+fn the_number_of_a_kilobot_reaches_the_other_kinds() {
+    three_kinds_share_a_number(&[1]);
+}
+
+#[test]
+#[ignore = "soak"]
+fn the_number_of_a_zooid_and_of_a_crazyflie_reach_the_other_kinds() {
+    three_kinds_share_a_number(&[16, 30]);
 }
 
 /// Twelve robots of three kinds agree on what one of the Zooids has measured.

@@ -78,30 +78,38 @@ fn a_station_flies_the_image() {
 }
 
 /// The commander stops the motors when its height has reached the ground, and the robot is late. The
-/// tests of firmware/station replay all flights, this one each second of them.
+/// tests of firmware/station replay all flights.
+fn the_motion_commander_lands(seed: u64, line: usize) {
+    let line = MOTION_COMMANDER.lines().nth(line).unwrap();
+    let flight: Value = serde_json::from_str(line).unwrap();
+    let name = format!("{} m, {} m/s", flight[0], flight[1]);
+    let mut robot = armed(seed);
+    let begin = robot.now();
+    for packet in flight[2].as_array().unwrap() {
+        let at = begin + Duration::from_millis(packet[0].as_u64().unwrap());
+        robot.run_us(at.saturating_sub(robot.now()).as_micros() as u64);
+        robot.send(RADIO_RAW, &bytes(packet[1].as_str().unwrap()));
+    }
+    let late_m = last_motion(&robot).position_m[2];
+    assert!((0.08..0.8).contains(&late_m), "{name}: {late_m} m");
+    robot.run_ms(6_000);
+    let end = last_motion(&robot);
+    assert!(!end.has_crashed && end.position_m[2] < 0.03, "{name}: {:?}", end.position_m);
+    assert_eq!(motors(&robot.events), [0.0; 4], "{name}");
+    assert_eq!(resets(&robot.events), [], "{name}");
+}
+
+/// From 1 m at 1 m/s, the highest and fastest.
 #[test]
 fn the_motion_commander_lands_the_image() {
-    let mut landings = 0;
-    for (seed, line) in (2..).zip(MOTION_COMMANDER.lines().skip(1).step_by(2)) {
-        let flight: Value = serde_json::from_str(line).unwrap();
-        let name = format!("{} m, {} m/s", flight[0], flight[1]);
-        let mut robot = armed(seed);
-        let begin = robot.now();
-        for packet in flight[2].as_array().unwrap() {
-            let at = begin + Duration::from_millis(packet[0].as_u64().unwrap());
-            robot.run_us(at.saturating_sub(robot.now()).as_micros() as u64);
-            robot.send(RADIO_RAW, &bytes(packet[1].as_str().unwrap()));
-        }
-        let late_m = last_motion(&robot).position_m[2];
-        assert!((0.08..0.8).contains(&late_m), "{name}: {late_m} m");
-        robot.run_ms(6_000);
-        let end = last_motion(&robot);
-        assert!(!end.has_crashed && end.position_m[2] < 0.03, "{name}: {:?}", end.position_m);
-        assert_eq!(motors(&robot.events), [0.0; 4], "{name}");
-        assert_eq!(resets(&robot.events), [], "{name}");
-        landings += 1;
-    }
-    assert_eq!(landings, 3);
+    the_motion_commander_lands(4, 5);
+}
+
+#[test]
+#[ignore = "soak"]
+fn the_motion_commander_lands_from_other_heights() {
+    the_motion_commander_lands(2, 1);
+    the_motion_commander_lands(3, 3);
 }
 
 /// Returns the bytes of hexadecimal digits.

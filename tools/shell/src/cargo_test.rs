@@ -5,9 +5,8 @@ use anyhow::Result;
 use std::env::consts::EXE_SUFFIX;
 use std::path::PathBuf;
 
-/// Arguments that skip tests which take long and seldom fail alone: those on the slower emulated processor,
-/// and one of `tests/hil` that keeps a processor busy for half a minute.
-pub const SKIP_SLOW: [&str; 4] = ["--skip", "qemu", "--skip", "slices::slices_of_a_crazyflie"];
+/// Arguments that skip tests which take long and seldom fail alone: those on the slower emulated processor.
+pub const SKIP_SLOW: [&str; 2] = ["--skip", "qemu"];
 
 /// The package whose integration test carries out the guides. It compiles a copy of the repository,
 /// so it is a step of its own.
