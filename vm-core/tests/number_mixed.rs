@@ -3,10 +3,10 @@
 use std::cmp::Ordering;
 
 use crate::number::binary32::{
-    abs, ceil, compare, float_modulo, floor, normalize_key, round, to_int,
+    abs, ceil, compare, float_modulo, floor, normalize_key, round, to_int, unpack,
 };
 use crate::number::random::Random;
-use bittybuzz_vm_core::number::{F16, Full, Number, Profile, Tiny};
+use bittybuzz_vm_core::number::{F16, Full, Number, Profile, Tiny, operation};
 
 fn floats() -> Vec<f32> {
     let mut all = vec![
@@ -191,4 +191,44 @@ fn modulo_of_floats_is_euclidean_and_exact() {
     }
     assert_eq!(float_modulo::<Tiny>(-1e-9, 1.0), 1.0 - 1.0 / 1024.0);
     assert_eq!(float_modulo::<Tiny>(-3.0, f32::INFINITY), F16::MAX.to_f32());
+}
+
+/// The operations of `full` are those of this processor, which rounds once, as IEEE 754 says. A product is rounded to
+/// 32 bits first, as powers need it, and may be the next float instead. Most pairs are of numbers that are near each
+/// other, so that bits of both are in the result.
+#[test]
+fn operations_of_full_are_those_of_ieee_754() {
+    let mut random = Random(11);
+    // A product that is rounded twice.
+    let mut pairs = vec![(0x2FA1_CA34, 0x2FA1_CA35)];
+    for number in 0..500_000_u32 {
+        let (one, other) = (random.next() as u32, random.next() as u32);
+        let is_near = number % 4 != 0;
+        let exponent = if is_near { one & 0x7F00_0000 } else { other & 0x7F00_0000 };
+        pairs.push((one, exponent | other & 0x80FF_FFFF));
+    }
+    let mut rounded_twice = 0;
+    for (one, other) in pairs {
+        let [a, b] = [one, other].map(f32::from_bits);
+        for (operation, expected) in [
+            (operation::ADD, a + b),
+            (operation::SUB, a - b),
+            (operation::MUL, a * b),
+            (operation::DIV, a / b),
+            (operation::ROOT, a.sqrt()),
+        ] {
+            let mut number = unpack(a);
+            let second = if operation == operation::ROOT { number } else { unpack(b) };
+            number.operate(operation, &second);
+            let result = number.to_f32();
+            if result.to_bits() == expected.to_bits() || result.is_nan() && expected.is_nan() {
+                continue;
+            }
+            let is_next = result.to_bits().abs_diff(expected.to_bits()) == 1;
+            let of = format!("operation {operation} of {one:#x} and {other:#x}");
+            assert!(operation == operation::MUL && is_next, "{of}: {result:e}, not {expected:e}");
+            rounded_twice += 1;
+        }
+    }
+    assert!((1..2000).contains(&rounded_twice), "{rounded_twice}");
 }
