@@ -1,6 +1,7 @@
 """A browser for all tests: CHROMIUM names it [default: chromium-headless-shell].
 
-Tests with the mark `soak` repeat others with more examples; `cargo xtask soak page` runs them, and CI does not.
+`cargo xtask soak page` runs all tests. CI runs those with the mark `sample` while the page is as it was when all passed, and after a
+change all but those with the mark `soak`, which repeat others with more examples.
 """
 
 import os
@@ -16,6 +17,7 @@ expect.set_options(timeout=30_000)
 
 
 def pytest_configure(config):
+    config.addinivalue_line("markers", "sample: CI runs it for every change")
     config.addinivalue_line("markers", "soak: one of many like it, for `cargo xtask soak page`")
 
 

@@ -1,7 +1,10 @@
 """The list of the session's own changes: undo, redo and delete."""
 
+import pytest
 from playwright.sync_api import expect
 from test_page import at, digest, drag, go, page, robot, place, save, session, simulated, window
+
+pytestmark = pytest.mark.sample
 
 __all__ = ["page", "session", "window"]
 

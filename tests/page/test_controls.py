@@ -7,6 +7,8 @@ from conftest import note_problems
 from playwright.sync_api import expect
 from test_page import at, end, page_with_events, show
 
+pytestmark = pytest.mark.sample
+
 # Of each kind one: C0, DEL, C1, and the controls of Unicode Standard Annex 9.
 EVIL = "\u001b[31m\u007f\u009b\u061c\u200f\u202e\u2066"
 SHOWN = r"\u001b[31m\u007f\u009b\u061c\u200f\u202e\u2066"

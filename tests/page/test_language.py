@@ -10,6 +10,8 @@ import pytest
 from playwright.sync_api import expect
 from test_page import address, bbz, end, page, session, window
 
+pytestmark = pytest.mark.sample
+
 __all__ = ["page", "session", "window"]
 
 # Texts that are equal in both languages: words, names, numbers, signs and files.

@@ -7,6 +7,8 @@ import pytest
 from playwright.sync_api import expect
 from test_page import SCENARIO, SCRIPT, SECONDS_MAX, bbz, end, go, page, show, window
 
+pytestmark = pytest.mark.sample
+
 __all__ = ["page", "window"]
 
 MEASURES = """

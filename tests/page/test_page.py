@@ -20,6 +20,8 @@ import pytest
 from conftest import note_problems
 from playwright.sync_api import expect
 
+pytestmark = pytest.mark.sample
+
 # In its first step robot 7 receives nothing yet, later messages of robot 6. Its step 20 divides by zero.
 SCRIPT = """\
 n = 0

@@ -10,6 +10,8 @@ from conftest import note_problems
 from playwright.sync_api import expect
 from test_page import address, bbz
 
+pytestmark = pytest.mark.sample
+
 SCENARIO = """[world]
 size = [500, 500]
 duration = 10

@@ -2,9 +2,12 @@
 
 import subprocess
 
+import pytest
 from conftest import note_problems
 from playwright.sync_api import expect
 from test_page import address, bbz
+
+pytestmark = pytest.mark.sample
 
 
 def test_lines_of_a_robot_are_shown(browser, tmp_path):

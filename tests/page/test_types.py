@@ -6,6 +6,8 @@ import subprocess
 
 import pytest
 
+pytestmark = pytest.mark.sample
+
 ROOT = pathlib.Path(__file__).parents[2]
 PAGE, PLAYGROUND, EDITOR = ROOT / "bbz/page/web", ROOT / "playground/web", ROOT / "bbz/page/editor"
 

@@ -9,6 +9,8 @@ from conftest import note_problems
 from playwright.sync_api import expect
 from test_page import SCENARIO, SCRIPT, SECONDS_MAX, address, at, bbz, go, place, robot
 
+pytestmark = pytest.mark.sample
+
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):

@@ -11,7 +11,7 @@ use bittybuzz_builds::cargo_test::{
     BOOK, CHECK, FEATURES, FIGURES, SKIP_SLOW, all_but_emulators, all_tests, cargo_test, emulators,
     guides, shared_packages,
 };
-use bittybuzz_builds::page_tests::page_tests;
+use bittybuzz_builds::page_tests::{PageTests, page_tests};
 use bittybuzz_builds::shell::{Invocation, at_once, cargo, keep_lock_files};
 use bittybuzz_builds::test_programs::Variables;
 use bittybuzz_builds::{chip, on_chip, setup, test_programs};
@@ -215,10 +215,18 @@ fn wasm() -> Result<()> {
     all_tests(&["--test", "everywhere"], &[]).env(MODULE, &module.display().to_string()).run()
 }
 
-/// Tests the page of `bbz sim --view` and the playground in a headless browser, but for the tests of `soak page`.
+/// Tests the page of `bbz sim --view` and the playground in a headless browser. After a run of `soak page` that has
+/// passed, a sample of the tests runs until the page changes.
 fn page() -> Result<()> {
     vendor::check()?;
-    page_tests(&site::build()?, "not soak")?.run()
+    let tests = match soak::page_passed_on()? {
+        Some(day) => {
+            println!("the page is as it was when all its tests passed, {day}: a sample of them");
+            PageTests::Sample
+        }
+        None => PageTests::Usual,
+    };
+    page_tests(&site::build()?, tests)?.run()
 }
 
 /// Fails if a lock file does not match its manifests.

@@ -29,6 +29,7 @@ mod survivors;
 mod zooids;
 
 pub use fuzz::{FOLDER as FUZZ, lint as lint_fuzz_targets};
+pub use pages::passed_on as page_passed_on;
 
 use anyhow::{Result, bail, ensure};
 use bittybuzz_builds::cargo_test::{all_tests, image_tests};

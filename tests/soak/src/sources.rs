@@ -8,11 +8,12 @@ use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// Files that hold dates of runs, from the root. The runs themselves change them.
-const RUNS: [&str; 5] = [
+const RUNS: [&str; 6] = [
     crate::evidence::FILE,
     crate::executions::FILE,
     crate::flights::FILE,
     crate::image_flights::FILE,
+    crate::pages::FILE,
     "tests/guides/runs.toml",
 ];
 
@@ -36,9 +37,16 @@ impl Sources {
     /// A number that changes with the code of programs, and with the lines at which it stands. Documents and files with
     /// dates of runs do not count, nor do the text of comments and the budgets of images.
     pub fn fingerprint(&self) -> Result<u64> {
+        let is_code = |name: &&String| !name.ends_with(".md");
+        Sources { files: self.files.iter().filter(is_code).cloned().collect() }
+            .fingerprint_with_documents()
+    }
+
+    /// The same, of documents, too.
+    pub fn fingerprint_with_documents(&self) -> Result<u64> {
         let mut hash = Sha256::new();
-        let is_code = |name: &&String| !name.ends_with(".md") && !RUNS.contains(&name.as_str());
-        for name in self.files.iter().filter(is_code) {
+        let is_source = |name: &&String| !RUNS.contains(&name.as_str());
+        for name in self.files.iter().filter(is_source) {
             let bytes = fs::read(root().join(name))?;
             let bytes = match String::from_utf8(bytes) {
                 Ok(text) if name.ends_with(".rs") => {

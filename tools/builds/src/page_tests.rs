@@ -14,12 +14,27 @@ const OPTIONS: [&str; 9] =
 /// The folder of the tests, from the root.
 const FOLDER: &str = "tests/page";
 
-/// Returns the command that tests `bbz` and the playground in the folder `site`. `marked` is an expression of
-/// pytest: the test has marks for which it is true.
-pub fn page_tests(site: &Path, marked: &str) -> Result<Invocation> {
+/// The tests of the page that run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PageTests {
+    /// Some of each kind
+    Sample,
+    /// All but those that repeat others with more examples
+    Usual,
+    /// All
+    All,
+}
+
+/// Returns the command that tests `bbz` and the playground in the folder `site`.
+pub fn page_tests(site: &Path, tests: PageTests) -> Result<Invocation> {
     let python = setup::browser()?;
     let bbz = cargo_test::bbz()?;
-    let arguments = [&OPTIONS[..], &["-m", marked, FOLDER]].concat();
+    let marked: &[&str] = match tests {
+        PageTests::Sample => &["-m", "sample and not soak"],
+        PageTests::Usual => &["-m", "not soak"],
+        PageTests::All => &[],
+    };
+    let arguments = [&OPTIONS[..], marked, &[FOLDER]].concat();
     Ok(Invocation::named("python3", &python, &arguments)
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("BBZ", &bbz.display().to_string())
