@@ -81,12 +81,7 @@ const SUBJECTS: &[Subject] = &[
                 "slices",
             ],
         },
-        // One each of clocks, pins and places.
-        sample: &[
-            ("pll-multiplier", "link::the_radio_is_set_up_once_on_unicorn"),
-            ("baud-rate", "link::a_ping_over_the_radio_comes_back"),
-            ("motors-exchanged", "script::outputs_follow_the_script_on_unicorn"),
-        ],
+        sample: &[("motors-exchanged", "script::outputs_follow_the_script_on_unicorn")],
     },
     Subject {
         name: "zooids",
@@ -106,13 +101,7 @@ const SUBJECTS: &[Subject] = &[
                 "zooids",
             ],
         },
-        sample: &[
-            (
-                "battery-empty",
-                "zooid_battery::a_battery_that_runs_down_warns_stops_and_switches_off",
-            ),
-            ("power-cut", "zooid_failures::a_failure_takes_the_motors_power_first"),
-        ],
+        sample: &[("power-cut", "zooid_failures::a_failure_takes_the_motors_power_first")],
     },
     Subject {
         name: "kilobot",
@@ -142,14 +131,7 @@ const SUBJECTS: &[Subject] = &[
             "bittybuzz-kilobot-board",
             "bittybuzz-zooids-board",
         ]),
-        sample: &[
-            ("edges-exchanged", "stm32::exti::tests::edges_raise_the_chosen_interrupt"),
-            ("eeprom-unlocked", "atmega328p::eeprom::tests::without_the_key_nothing_is_written"),
-            (
-                "detector-always-live",
-                "nrf24::tests::a_packet_latches_the_detector_until_ce_goes_low_or_not_at_all",
-            ),
-        ],
+        sample: &[("edges-exchanged", "stm32::exti::tests::edges_raise_the_chosen_interrupt")],
     },
     Subject {
         name: "drivers",
