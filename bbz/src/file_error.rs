@@ -26,9 +26,11 @@ pub enum FileError {
     #[error("cannot write `{path}`: {error}")]
     Unwritable { path: PathBuf, error: io::Error },
     /// A pipe without a reader, on which a command would wait without end.
+    #[cfg_attr(not(unix), expect(dead_code, reason = "other systems open no such file"))]
     #[error("cannot write `{0}`: `{0}` is a pipe that no program reads")]
     Unread(PathBuf),
     /// A socket or disk.
+    #[cfg_attr(not(unix), expect(dead_code, reason = "other systems open no such file"))]
     #[error("cannot write `{path}`: `{path}` is {kind}, not a file")]
     Special { path: PathBuf, kind: &'static str },
     /// The output file is also read by the same command.
