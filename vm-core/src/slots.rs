@@ -203,6 +203,17 @@ pub trait Slots<P: Profile>: Clone {
         }
         at
     }
+
+    /// Returns the first two slots of each group of `GROUP` slots between two slots. For computers, which then check the bounds once
+    /// for all groups.
+    #[hot]
+    fn groups<const GROUP: usize>(
+        &self,
+        from: usize,
+        end: usize,
+    ) -> impl Iterator<Item = [Value<P>; 2]> {
+        (from..end).step_by(GROUP).map(|at| [self.get(at), self.get(at + 1)])
+    }
 }
 
 impl Stored for Full {
@@ -366,5 +377,15 @@ impl<P: Profile, const N: usize> Slots<P> for Joined<P, N> {
         if let Some(slots) = self.0.get_mut(at..).and_then(<[_]>::first_chunk_mut) {
             *slots = [Value::NIL; CELL];
         }
+    }
+
+    #[hot]
+    fn groups<const GROUP: usize>(
+        &self,
+        from: usize,
+        end: usize,
+    ) -> impl Iterator<Item = [Value<P>; 2]> {
+        let (groups, _) = self.0.get(from..end).unwrap_or(&[]).as_chunks::<GROUP>();
+        groups.iter().map(|group| [group[0], group[1]])
     }
 }

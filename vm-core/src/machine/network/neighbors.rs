@@ -45,6 +45,17 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.slots.tag_at(at + DISTANCE).byte() & STEP
     }
 
+    /// Returns the first place whose slots of id and distance meet a condition.
+    #[hot]
+    fn find_place(&self, is_it: impl Fn([Value<P>; 2]) -> bool) -> Option<usize> {
+        let (first, end) = self.neighbor_slots();
+        if self.sizes().bearings {
+            self.arena.slots.groups::<4>(first, end).position(is_it)
+        } else {
+            self.arena.slots.groups::<2>(first, end).position(is_it)
+        }
+    }
+
     /// Returns the number of neighbors.
     pub(super) fn count_neighbors(&self) -> usize {
         let (mut at, end) = self.neighbor_slots();
@@ -82,11 +93,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if IS_WIDE {
             // Most senders are known, so the search for the id comes before that for the oldest
             // neighbor.
-            let (first, end) = self.neighbor_slots();
-            let mut slots = (first..end).step_by(self.sizes().neighbor());
-            let is_it =
-                |at: usize| self.arena.index_at(at) as u16 == robot && self.end_step(at) != 0;
-            if let Some(place) = slots.position(is_it) {
+            let place = self.find_place(|[id, distance]| {
+                id.index() as u16 == robot && distance.tag().byte() & STEP != 0
+            });
+            if let Some(place) = place {
                 return place as u8;
             }
         }
@@ -103,6 +113,9 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             if left < fewest {
                 fewest = left;
                 oldest = place;
+            }
+            if IS_WIDE && left == 0 {
+                break;
             }
         }
         let at = self.neighbor_slot(oldest);
@@ -158,6 +171,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             step = 1;
         }
         self.protocol.step = step;
+        if IS_WIDE
+            && self.find_place(|[_, distance]| distance.tag().byte() & STEP == step).is_none()
+        {
+            return;
+        }
         let (mut at, end) = self.neighbor_slots();
         while at < end {
             if self.end_step(at) == step {
