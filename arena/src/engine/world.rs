@@ -340,10 +340,12 @@ impl<B: Brain> World<B> {
 
     /// Returns the visible state of a robot.
     #[must_use]
+    #[inline]
     pub fn robot(&self, id: RobotId) -> Option<RobotView> {
         self.index(id).ok().map(|index| self.view(index))
     }
 
+    #[inline]
     fn view(&self, index: usize) -> RobotView {
         let EngineRobot { herd, state, led, crashes, .. } = self.robots[index];
         let BodySize { radius_mm, height_mm } = self.herds[usize::from(herd.0)].shape;

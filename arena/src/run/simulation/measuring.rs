@@ -8,7 +8,7 @@ use super::super::measure::BoundMeasure;
 use super::super::program::Program;
 use super::super::quantity::{AggregateProbe, QuantityProbe, QuantityReading};
 use super::super::swarm::measure;
-use super::Simulation;
+use super::{JOINED, Simulation};
 use crate::engine::{Pose, RobotView};
 use crate::robot::{ProgramId, SimRobot};
 use crate::scenario::{Condition, MeasureTime, Of, Reduction};
@@ -56,8 +56,11 @@ impl Simulation {
         }
     }
 
+    #[inline]
     fn joined_robot(&self, number: usize) -> Option<JoinedRobot<'_>> {
-        let (robot, view) = self.robot(number).zip(self.view(number))?;
+        let id = self.event_queue.id(number)?;
+        let robot = self.world.brain(id).expect(JOINED);
+        let view = self.world.robot(id).expect(JOINED);
         let of = self.event_queue.program(number);
         let program = &self.setup.loaded(of).program;
         Some(JoinedRobot { number, of, program, robot, view })
