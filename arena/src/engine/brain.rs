@@ -8,7 +8,7 @@ use super::geometry::{Area, Pose};
 use super::herd::{Herd, HerdId};
 use super::id::RobotId;
 use super::light::{self, Lamp, Lighting};
-use super::link::{DeliveredFrame, FrameSighting, Late, Medium, SentFrame, Transmission};
+use super::link::{DeliveredFrame, FrameSighting, Late, SentFrame, Transmissions};
 use super::obstacle::Obstacle;
 use super::oscillator::Oscillator;
 use super::paint::WHITE;
@@ -118,9 +118,8 @@ pub struct ReceivedFrame<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct TickFrames<'a> {
     pub(crate) received: &'a [DeliveredFrame],
-    pub(crate) air: &'a [Transmission],
+    pub(crate) air: &'a Transmissions,
     pub(crate) late: Option<&'a Late>,
-    pub(crate) medium: Medium,
 }
 
 impl<'a> TickFrames<'a> {
@@ -142,7 +141,7 @@ impl<'a> TickFrames<'a> {
         received
             .iter()
             .map(|received| ReceivedFrame {
-                bytes: air[received.transmission as usize].packet.bytes(),
+                bytes: air.frame(received.transmission),
                 sighting: received.sighting,
             })
             .chain(
@@ -157,10 +156,7 @@ impl<'a> TickFrames<'a> {
     /// the current tick.
     pub(crate) fn sent(&self, place: usize, now: u64) -> SentFrame {
         match self.received.get(place) {
-            Some(received) => {
-                let transmission = &self.air[received.transmission as usize];
-                SentFrame::received_at(now, self.medium, transmission)
-            }
+            Some(received) => SentFrame::received_at(now, self.air, received.transmission),
             None => self.late.expect("the last index is that of a late frame").frame.clone(),
         }
     }

@@ -50,9 +50,10 @@ impl Cells {
     }
 
     /// Returns the cell of a place. Places outside of the world belong to the nearest cell.
+    #[inline]
     pub(crate) fn cell_at(&self, x: f32, y: f32) -> usize {
-        let column = ((x - self.left) * self.per_mm).clamp(0.0, self.last_column) as usize;
-        let row = ((y - self.bottom) * self.per_mm).clamp(0.0, self.last_row) as usize;
+        let column = number(((x - self.left) * self.per_mm).clamp(0.0, self.last_column));
+        let row = number(((y - self.bottom) * self.per_mm).clamp(0.0, self.last_row));
         (row + 1) * self.stride + column + 1
     }
 
@@ -68,6 +69,12 @@ impl Cells {
         let stride = self.stride;
         (first..=last - width).step_by(stride).flat_map(move |start| start..=start + width)
     }
+}
+
+/// Rounds a number of columns or rows down. The conversion to 32 bits takes fewer instructions than that to `usize`.
+#[inline]
+fn number(cells: f32) -> usize {
+    cells as i32 as usize
 }
 
 #[cfg(test)]

@@ -138,8 +138,8 @@ impl Station {
         // The statistics count only robots.
         let mut count = LinkStatistics::default();
         ether.receive(&mut listener, stream, near, received, &mut count, |_, _| ());
-        let air = ether.air.transmissions();
-        intruder.receive(&TickFrames { received, air, late: due.as_deref(), medium: *medium });
+        let air = ether.air;
+        intruder.receive(&TickFrames { received, air, late: due.as_deref() });
     }
 
     /// Adds the complete state to a digest.
@@ -172,18 +172,10 @@ impl Station {
     }
 
     /// Returns the next frame, which starts at time `at` of the tick.
-    pub(crate) fn transmit(&mut self, at: i32) -> Option<Transmission> {
+    pub(crate) fn transmit(&mut self, at: i32) -> Option<(Transmission, Packet)> {
         let packet = Packet::written(self.medium, |frame| self.intruder.next_frame(frame))?;
         let Pose { x, y, z, .. } = self.pose;
-        Some(Transmission {
-            start: at,
-            from: self.id,
-            link: self.link,
-            x,
-            y,
-            z,
-            claim: None,
-            packet,
-        })
+        let (from, link) = (self.id, self.link);
+        Some((Transmission { start: at, from, link, x, y, z, claim: None }, packet))
     }
 }

@@ -318,9 +318,8 @@ impl Thinker<'_> {
             clock: robot.radio.oscillator,
             inbox: TickFrames {
                 received: &scratch.received,
-                air: ether.air.transmissions(),
+                air: ether.air,
                 late: late.as_deref(),
-                medium: *medium,
             },
             sensors: Sensors {
                 id,

@@ -3,7 +3,7 @@
 use core::hash::Hash;
 
 use super::edge::{Edge, farthest_mm};
-use super::packet::Transmission;
+use super::packet::{Packet, Transmission};
 use super::radio::deferral_us;
 use super::topology::Barriers;
 use super::{LinkSettings, Loss, Medium};
@@ -55,6 +55,9 @@ pub(crate) struct Transmissions {
     latest: Vec<u32>,
     beams: Vec<Beam>,
     transmissions: Vec<Transmission>,
+    /// The frame of each transmission: its length, and the bytes of the longest frame of the medium. Robots read them in any order, and
+    /// they are next to each other to stay in the cache.
+    frames: Vec<u8>,
     /// The latest fragments after which others of their messages follow, as long as other robots wait
     /// for these.
     begun: Vec<Beam>,
@@ -94,6 +97,7 @@ impl Transmissions {
             latest: vec![END; cells.count()],
             beams: Vec::new(),
             transmissions: Vec::new(),
+            frames: Vec::new(),
             begun: Vec::new(),
         }
     }
@@ -160,6 +164,17 @@ impl Transmissions {
         &self.transmissions
     }
 
+    /// Returns the number of bytes of a frame in [`Transmissions::frames`].
+    fn stored_bytes(&self) -> usize {
+        1 + self.medium.frame_bytes()
+    }
+
+    /// Returns the bytes of a transmission's frame.
+    pub(crate) fn frame(&self, transmission: u32) -> &[u8] {
+        let stored = &self.frames[transmission as usize * self.stored_bytes()..];
+        &stored[1..][..usize::from(stored[0])]
+    }
+
     /// Adds the frames that may still be received and the parameters of the links to a digest.
     /// Everything else is derived from these.
     pub(crate) fn add_to(&self, digest: &mut Digest) {
@@ -167,9 +182,9 @@ impl Transmissions {
         for Beam { start, from, link, .. } in &self.begun {
             (start, from, link).hash(digest);
         }
-        for transmission in &self.transmissions {
-            let Transmission { start, from, link, x, y, z, claim, packet } = transmission;
-            (start, from, link, packet.bytes()).hash(digest);
+        for (index, transmission) in (0..).zip(&self.transmissions) {
+            let Transmission { start, from, link, x, y, z, claim } = transmission;
+            (start, from, link, self.frame(index)).hash(digest);
             [x, y, z]
                 .into_iter()
                 .chain(claim.iter().flatten())
@@ -191,18 +206,26 @@ impl Transmissions {
             beam.start -= tick;
             beam.start + air_time + awaited as i32 > 0
         });
-        self.transmissions.retain_mut(|transmission| {
+        let is_over = |transmission: &Transmission| transmission.start - tick + 2 * air_time <= 0;
+        let ended = self.transmissions.partition_point(is_over);
+        self.transmissions.drain(..ended);
+        self.frames.drain(..ended * self.stored_bytes());
+        for transmission in &mut self.transmissions {
             transmission.start -= tick;
-            transmission.start + 2 * air_time > 0
-        });
+        }
         for index in 0..self.transmissions.len() {
             self.enter(index);
         }
     }
 
-    /// Adds a transmission. Transmissions are added in the order of their start times.
-    pub(crate) fn send(&mut self, transmission: Transmission) {
+    /// Adds a transmission with its frame. Transmissions are added in the order of their start times.
+    pub(crate) fn send(&mut self, transmission: Transmission, packet: Packet) {
+        let is_in_order = |last: &Transmission| last.start <= transmission.start;
+        assert!(self.transmissions.last().is_none_or(is_in_order), "senders are sorted by time");
         self.transmissions.push(transmission);
+        self.frames.push(packet.bytes().len() as u8);
+        self.frames.extend_from_slice(packet.bytes());
+        self.frames.resize(self.transmissions.len() * self.stored_bytes(), 0);
         self.enter(self.transmissions.len() - 1);
     }
 
@@ -310,12 +333,17 @@ impl Transmissions {
         found: &mut Vec<Near>,
     ) {
         found.clear();
+        let widest_squared = self.widest * self.widest;
         for row in self.cells.around(self.cells.cell_at(pose.x, pose.y)) {
             for &latest in &self.latest[row] {
                 let mut next = latest;
                 while let Some(beam) = self.beams.get(next as usize) {
                     let squared = distance_squared(beam, pose);
-                    if self.reaches(beam, robot, squared) && is_of(beam) {
+                    // Most transmissions of these cells are farther away than any link reaches.
+                    if squared <= widest_squared
+                        && self.reaches(beam, robot, squared)
+                        && is_of(beam)
+                    {
                         found.push(Near {
                             start: beam.start,
                             index: next,

@@ -1,6 +1,7 @@
 //! Frames in the form for observers of the world. The world records them only while it is watched.
 
 use super::Medium;
+use super::air::Transmissions;
 use super::packet::{Packet, Transmission};
 use crate::engine::TICK_US;
 use crate::engine::id::RobotId;
@@ -18,17 +19,22 @@ pub struct SentFrame {
 
 impl SentFrame {
     /// Returns the frame of a transmission. `start_us` is its start time since the world began.
-    pub(crate) fn new(medium: Medium, transmission: &Transmission, start_us: u64) -> Self {
-        let Transmission { from, packet, .. } = *transmission;
-        SentFrame { sender: from, start_us, medium, packet }
+    pub(crate) fn new(
+        medium: Medium,
+        transmission: &Transmission,
+        packet: Packet,
+        start_us: u64,
+    ) -> Self {
+        SentFrame { sender: transmission.from, start_us, medium, packet }
     }
 
-    /// Returns the frame of a transmission that robots receive in tick `now`.
-    pub(crate) fn received_at(now: u64, medium: Medium, transmission: &Transmission) -> Self {
+    /// Returns the frame of the transmission at an index, which robots receive in tick `now`.
+    pub(crate) fn received_at(now: u64, air: &Transmissions, index: u32) -> Self {
+        let transmission = &air.transmissions()[index as usize];
         // Start times of transmissions count from the beginning of the tick before.
         let window_us = now.saturating_sub(1) * u64::from(TICK_US);
         let start_us = window_us.saturating_add_signed(transmission.start.into());
-        SentFrame::new(medium, transmission, start_us)
+        SentFrame::new(air.medium, transmission, Packet::copied(air.frame(index)), start_us)
     }
 
     /// Returns the type byte and payload; on infrared always 10 bytes.

@@ -66,6 +66,13 @@ impl Packet {
         Some(Packet { length: length as u8, bytes })
     }
 
+    /// Returns the packet of a frame that was on the air.
+    pub(crate) fn copied(frame: &[u8]) -> Self {
+        let mut bytes = [0; CAPACITY];
+        bytes[..frame.len()].copy_from_slice(frame);
+        Packet { length: frame.len() as u8, bytes }
+    }
+
     pub(crate) fn bytes(&self) -> &[u8] {
         &self.bytes[..usize::from(self.length)]
     }
@@ -79,8 +86,8 @@ const _: () = {
     }
 };
 
-/// A frame on the air.
-#[derive(Clone, Debug)]
+/// A frame on the air, without its bytes.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Transmission {
     /// The start time in microseconds after the beginning of the tick; negative if the frame
     /// started before.
@@ -93,5 +100,4 @@ pub(crate) struct Transmission {
     pub(crate) z: f32,
     /// The sender's estimate of its position, as the frame carries it.
     pub(crate) claim: Option<[f32; 3]>,
-    pub(crate) packet: Packet,
 }

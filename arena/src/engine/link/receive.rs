@@ -116,8 +116,7 @@ impl Ether<'_> {
 
     /// Returns a frame in reach in the form for observers.
     fn sent(&self, now: u64, near: &Near) -> SentFrame {
-        let Transmissions { medium, .. } = *self.air;
-        SentFrame::received_at(now, medium, &self.air.transmissions()[near.index as usize])
+        SentFrame::received_at(now, self.air, near.index)
     }
 
     /// Puts a frame into the inbox once or twice, or holds it back.

@@ -89,9 +89,9 @@ impl Schedule {
             let seen = seen.as_deref_mut();
             let (Some(robot), Some(brain)) = (robots.get_mut(index), brains.get_mut(index)) else {
                 let station = &mut stations[intruder::number(attempt.robot)];
-                if let Some(transmission) = station.transmit(attempt.at) {
+                if let Some((transmission, packet)) = station.transmit(attempt.at) {
                     count.sent += 1;
-                    send(transmission, window, air, seen);
+                    send(transmission, packet, window, air, seen);
                 }
                 continue;
             };
@@ -105,15 +105,17 @@ impl Schedule {
 /// Starts a transmission and records it if the run is observed.
 fn send(
     transmission: Transmission,
+    packet: Packet,
     window: &Window<'_>,
     air: &mut Transmissions,
     seen: Option<&mut Vec<SendAttempt>>,
 ) {
     if let Some(seen) = seen {
         let start_us = window.since_the_beginning(transmission.start);
-        seen.push(SendAttempt::Sent(SentFrame::new(air.medium, &transmission, start_us)));
+        let sent = SentFrame::new(air.medium, &transmission, packet, start_us);
+        seen.push(SendAttempt::Sent(sent));
     }
-    air.send(transmission);
+    air.send(transmission, packet);
 }
 
 /// Sends a frame or backs off. Returns the robot's next attempt if it is in this tick.
@@ -156,8 +158,8 @@ fn carry_out(
         let claim = estimate.as_ref().map(|pose| [pose.x, pose.y, pose.z]);
         let Pose { x, y, z, .. } = *pose;
         let link = *link;
-        let transmission = Transmission { start: at, from: robot, link, x, y, z, claim, packet };
-        send(transmission, window, air, seen);
+        let transmission = Transmission { start: at, from: robot, link, x, y, z, claim };
+        send(transmission, packet, window, air, seen);
         let is_within = brain.is_within_message();
         if is_within {
             air.expect_more();
