@@ -8,7 +8,8 @@ use std::path::PathBuf;
 /// The folders of all workspaces, from the root.
 pub const WORKSPACES: [&str; 2] = [AVR, CORTEX_M];
 
-const AVR: &str = "targets/avr";
+/// The folder of the programs for an AVR, whose `rust-toolchain.toml` is that of the Kilobot.
+pub const AVR: &str = "targets/avr";
 const CORTEX_M: &str = "targets/cortex-m";
 
 /// The compiler's target name of the AVR.
@@ -29,15 +30,9 @@ pub struct ChipProgram {
 /// gets these arguments.
 pub fn lint(deny: &[&str]) -> Result<()> {
     let arguments = [&["clippy", "--workspace", "--release"], deny].concat();
-    WORKSPACES.iter().try_for_each(|folder| cargo_in(folder, &arguments).run())
-}
-
-/// Returns a cargo command in a workspace.
-fn cargo_in(folder: &str, arguments: &[&str]) -> Invocation {
-    let line = Invocation::cargo(arguments);
-    // The AVR has no precompiled standard library. Cargo builds one, which is an unstable feature.
-    let line = if folder == AVR { line.env("RUSTC_BOOTSTRAP", "1") } else { line };
-    line.in_workspace(folder)
+    WORKSPACES
+        .iter()
+        .try_for_each(|folder| Invocation::cargo(&arguments).in_workspace(folder).run())
 }
 
 impl ChipProgram {
@@ -48,7 +43,7 @@ impl ChipProgram {
         let folder = if is_avr { AVR } else { CORTEX_M };
         let arguments = ["build", "--release", "--package", package, "--target", target];
         let arguments = [&arguments[..], &["--features", features]].concat();
-        let line = cargo_in(folder, &arguments);
+        let line = Invocation::cargo(&arguments).in_workspace(folder);
         let line = environment.iter().fold(line, |line, (name, value)| line.env(name, value));
         if quiet { line.unannounced() } else { line }.run()?;
         let file = if is_avr { format!("{package}.elf") } else { package.to_owned() };

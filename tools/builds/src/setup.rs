@@ -2,6 +2,7 @@
 //! rustup, apt-get, and pip in a folder of its own.
 
 use crate::board::KILOBOT;
+use crate::chip;
 use crate::programs::{Platform, WINE};
 use crate::python_module;
 use crate::shell::{Invocation, at_once, is_installed, root, target};
@@ -109,7 +110,7 @@ const CHECK_REQUIREMENTS: &str = "xtask/requirements.txt";
 const ADDITIONS: &str = "firmware";
 
 /// Folders whose `rust-toolchain.toml` names another toolchain than the root's.
-const TOOLCHAINS: [&str; 2] = [KILOBOT.folder, "playground"];
+const TOOLCHAINS: [&str; 3] = [KILOBOT.folder, chip::AVR, "playground"];
 
 /// Installs the Rust toolchains and the Debian packages. Both are listed before they are installed.
 pub fn run() -> Result<()> {
@@ -350,7 +351,8 @@ mod tests {
             text.lines().find(|line| line.starts_with("channel")).unwrap().to_owned()
         };
         assert_eq!(channel(""), channel(ADDITIONS));
-        // Both build a library of their own, which stable cargo does not do.
+        // Each builds a library of its own, which stable cargo does not do.
+        assert_eq!(channel("firmware/kilobot-avr"), channel("targets/avr"));
         assert_eq!(channel("firmware/kilobot-avr"), channel("playground"));
     }
 
