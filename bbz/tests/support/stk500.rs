@@ -4,11 +4,9 @@
 
 use std::fs::File;
 use std::io::{Read, Write};
-use std::os::fd::AsFd;
 use std::sync::{Arc, Mutex};
 use std::thread;
 
-use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::pty::{OpenptyResult, openpty};
 use nix::sys::termios::{SetArg, cfmakeraw, tcgetattr, tcsetattr};
 
@@ -65,6 +63,8 @@ impl Programmer {
 }
 
 const SYNCHRONIZE: u8 = 0x30;
+/// The number of requests to synchronize of which the last is answered.
+const REQUESTS: usize = 3;
 const END: u8 = 0x20;
 const IN_SYNC: u8 = 0x14;
 const OK: u8 = 0x10;
@@ -72,6 +72,8 @@ const FAILED: u8 = 0x11;
 
 fn serve(mut line: File, chip: &Mutex<Chip>) {
     let mut address = 0;
+    // The requests to synchronize since the last answer.
+    let mut requests = 0;
     let mut copy = line.try_clone().unwrap();
     let mut take = |length: usize| {
         let mut bytes = vec![0; length];
@@ -114,22 +116,21 @@ fn serve(mut line: File, chip: &Mutex<Chip>) {
             other => panic!("avrdude sends {other:#04x}"),
         };
         assert_eq!(take(1).unwrap(), [END], "after {:#04x}", command[0]);
-        // avrdude waits for 0.25 s before it asks again. On a busy computer this thread may find
-        // several requests; more than one answer would pass for that of the next command.
-        if command[0] == SYNCHRONIZE && has_input(&line) {
-            continue;
+        // avrdude begins with three requests to synchronize. It discards what comes within 0.25 s of the first two, and waits for the
+        // answer to the third. On a busy computer an answer to the others may come later, and would pass for that of the next command.
+        if command[0] == SYNCHRONIZE {
+            requests += 1;
+            if requests < REQUESTS {
+                continue;
+            }
         }
+        requests = 0;
         let reply = match answer {
             Some(answer) => [&[IN_SYNC][..], &answer, &[OK]].concat(),
             None => vec![IN_SYNC, FAILED],
         };
         line.write_all(&reply).unwrap();
     }
-}
-
-fn has_input(line: &File) -> bool {
-    let mut ends = [PollFd::new(line.as_fd(), PollFlags::POLLIN)];
-    poll(&mut ends, PollTimeout::ZERO).unwrap() > 0
 }
 
 fn write(chip: &mut Chip, memory: u8, address: usize, bytes: &[u8]) -> Option<Vec<u8>> {
