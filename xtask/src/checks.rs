@@ -100,10 +100,10 @@ pub fn ci(step: Option<Step>) -> Result<()> {
 }
 
 /// Runs all steps. Steps that keep one processor busy have others next to them: images are linked and
-/// emulators count while the tests are compiled, and the sample of the long tests and the module of Python
-/// are next to the browsers. The lints of host programs need no package, and run while packages come from
-/// the network and next to the other lints. The tests include the comparison with WebAssembly, for which
-/// the step `wasm` would run the worlds once more.
+/// emulators count while the tests are compiled and the emulators tested, and the sample of the long tests
+/// and the module of Python are next to the browsers. The lints of host programs need no package, and run
+/// while packages come from the network and next to the other lints. The tests include the comparison with
+/// WebAssembly, for which the step `wasm` would run the worlds once more.
 fn all_steps() -> Result<()> {
     let start = Instant::now();
     at_once(lint_host, || {
@@ -115,18 +115,23 @@ fn all_steps() -> Result<()> {
     run(Step::between(Step::Doc, Step::Sizes))?;
     let compile = || {
         test_programs::compile(&shared_packages())?;
-        site::module()
+        let module = site::module()?;
+        run(&[Step::Emulators])?;
+        Ok(module)
     };
     let ((), module) = at_once(|| run(Step::between(Step::Sizes, Step::Emulators)), compile)?;
-    run(&[Step::Emulators])?;
     let tests = Instant::now();
     all_other_tests(Some(&module))?;
     Step::Tests.report(tests);
     Step::Wasm.report(tests);
     run(&[Step::Guides])?;
-    // The samples build images where the tests find those of the robots. The module of Python is compiled
-    // after them, while the browsers still wait.
-    at_once(|| run(&[Step::Page]), || run(&[Step::Soak, Step::Python]))?;
+    // The samples build images where the tests find those of the robots, and so are last. The module of Python
+    // follows whatever ends sooner: a sample of the page's tests, or else the samples of the long ones.
+    let (browsers, others): (&[Step], &[Step]) = match soak::page_passed_on()? {
+        Some(_) => (&[Step::Page, Step::Python], &[Step::Soak]),
+        None => (&[Step::Page], &[Step::Soak, Step::Python]),
+    };
+    at_once(|| run(browsers), || run(others))?;
     Ok(())
 }
 
