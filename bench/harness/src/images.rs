@@ -2,7 +2,7 @@
 
 use crate::error::BenchError;
 use anyhow::Result;
-use bittybuzz_bench::{ROOM, header};
+use bittybuzz_bench::{ALL_SLOTS, ROOM, header};
 use bittybuzz_builds::shell::root;
 use bittybuzz_compiler::compile::{Options, compile};
 use bittybuzz_compiler::include::{DiskFiles, IncludeLoader};
@@ -63,6 +63,11 @@ impl CompiledScript {
         };
         let global = symbols.globals.iter().position(|global| global == RESULT).unwrap_or(0);
         Ok(CompiledScript { name: name.to_owned(), image, global: global as u16 })
+    }
+
+    /// Lets the script use all slots of the machine.
+    pub fn with_all_slots(self) -> CompiledScript {
+        CompiledScript { global: self.global | ALL_SLOTS, ..self }
     }
 
     /// Returns the bytes that replace the zeros in a program.

@@ -43,6 +43,11 @@ impl BenchTarget {
         }
     }
 
+    /// Returns true if the machine has the slots of a Crazyflie.
+    pub fn has_many_slots(self) -> bool {
+        matches!(self, BenchTarget::Thumbv7em | BenchTarget::Thumbv7emFull)
+    }
+
     /// Returns the unit of the target's counts.
     pub fn unit(self) -> &'static str {
         match self {

@@ -7,7 +7,7 @@
 use std::hint::black_box;
 use std::process::ExitCode;
 
-use bittybuzz_bench::{Machine, Mark, Meter, run, split};
+use bittybuzz_bench::{Mark, Meter, run, slots, split};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{Image, Vm};
 
@@ -52,7 +52,7 @@ fn main() -> ExitCode {
         }
     };
     let (global, image) = split(&script);
-    let mut vm: Machine<Tiny, &[u8]> = Vm::new();
+    let mut vm: Vm<Tiny, &[u8], { slots::KILOBOT }> = Vm::new();
     run(&mut vm, Image::new(image), global, &mut Callgrind);
     ExitCode::SUCCESS
 }

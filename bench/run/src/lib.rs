@@ -7,8 +7,10 @@
 //! 2. **The program does not count.** It only [marks](Mark) places, and the emulator or debugger
 //!    that runs it counts. Marks have a cost themselves, so the first measurement is of an empty
 //!    section.
-//! 3. **The machine is the same as on the robots**, with every check on; its sizes are those of
-//!    robots/bench.toml.
+//! 3. **The machine is the same as on the robots**, with every check on: it has as many slots as that of the
+//!    robot with the chip ([`slots`]), on which the compiler's code depends. The memory that it may use is
+//!    that of robots/bench.toml on every chip, so that collections happen at the same places. Images that
+//!    measure single instructions may use all slots of a machine with many, so that no collection happens.
 //!
 //! # Neighbors
 //! Before each step, [`NEIGHBORS`] robots are in sight, with ids from 2 on, at 10 mm, 20 mm and so
@@ -20,7 +22,7 @@
 
 mod script;
 
-pub use script::{HEADER, ROOM, SYMBOL, header, split};
+pub use script::{ALL_SLOTS, HEADER, ROOM, SYMBOL, header, split};
 
 use bittybuzz_vm_core::number::{Number, Profile};
 use bittybuzz_vm_core::{
@@ -33,6 +35,11 @@ mod robot {
     include!(concat!(env!("OUT_DIR"), "/robot.rs"));
 }
 
+/// The slots of the robots' machines, from their robot files.
+pub mod slots {
+    include!(concat!(env!("OUT_DIR"), "/slots.rs"));
+}
+
 /// The memory that the machine may take on the smallest chip, its queues of messages included.
 pub const MEMORY: usize = robot::MEMORY;
 
@@ -43,9 +50,6 @@ const SIZES: Sizes = Sizes {
     entries: robot::STIGMERGY_ENTRIES as Places,
     swarms: robot::SWARMS as u8,
 };
-
-/// The machine under test.
-pub type Machine<P, C> = Vm<P, C, { robot::SLOTS + SIZES.slots() }>;
 
 /// The number of robots in sight.
 pub const NEIGHBORS: u8 = 8;
@@ -110,29 +114,32 @@ pub trait Meter {
 }
 
 /// Counts, in this order: an empty section; verifying and loading the image; the second step; the
-/// third step. Then reports the value of the global with that number.
-pub fn run<P: Profile, C: ByteCode>(
-    vm: &mut Machine<P, C>,
+/// third step. Then reports the value of the global with that number. With [`ALL_SLOTS`] in the number the
+/// script may use all slots of the machine, otherwise those of a Kilobot.
+pub fn run<P: Profile, C: ByteCode, const SLOTS: usize>(
+    vm: &mut Vm<P, C, SLOTS>,
     image: Image<C>,
     global: u16,
     meter: &mut impl Meter,
 ) {
     vm.set_network_capacity(SIZES);
     vm.set_robot_id(ROBOT_ID, 0);
-    let (mark, value) = match count_all(vm, image, meter) {
-        Ok(()) => result(vm.global(global).unwrap_or(Value::nil())),
+    let slots = if global & ALL_SLOTS == 0 { robot::SLOTS } else { SLOTS };
+    let (mark, value) = match count_all(vm, image, slots, meter) {
+        Ok(()) => result(vm.global(global & !ALL_SLOTS).unwrap_or(Value::nil())),
         Err(failure) => failure,
     };
     meter.mark(mark, value);
 }
 
-fn count_all<P: Profile, C: ByteCode>(
-    vm: &mut Machine<P, C>,
+fn count_all<P: Profile, C: ByteCode, const SLOTS: usize>(
+    vm: &mut Vm<P, C, SLOTS>,
     image: Image<C>,
+    slots: usize,
     meter: &mut impl Meter,
 ) -> Result<(), (Mark, u32)> {
     meter.count(|| ());
-    meter.count(|| load(vm, image)).map_err(|()| (Mark::Refused, 0))?;
+    meter.count(|| load(vm, image, slots)).map_err(|()| (Mark::Refused, 0))?;
     // Measuring distances is the task of the link, so they are prepared outside of the counted
     // work.
     let distances = core::array::from_fn(|number| Value::float_from_int(10 * (number as i32 + 1)));
@@ -150,7 +157,10 @@ fn count_all<P: Profile, C: ByteCode>(
 }
 
 /// Brings all neighbors into sight, with their messages waiting.
-fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut BenchHost<P>) {
+fn approach<P: Profile, C: ByteCode, const SLOTS: usize>(
+    vm: &mut Vm<P, C, SLOTS>,
+    robot: &mut BenchHost<P>,
+) {
     for (robot, distance) in (FIRST_NEIGHBOR..).zip(&robot.distances) {
         vm.add_neighbor(robot, &Sighting::at(*distance), u8::MAX);
     }
@@ -169,8 +179,12 @@ fn approach<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, robot: &mut BenchHo
 }
 
 #[inline(never)]
-fn load<P: Profile, C: ByteCode>(vm: &mut Machine<P, C>, image: Image<C>) -> Result<(), ()> {
-    vm.load(image, is_known).map_err(drop)
+fn load<P: Profile, C: ByteCode, const SLOTS: usize>(
+    vm: &mut Vm<P, C, SLOTS>,
+    image: Image<C>,
+    slots: usize,
+) -> Result<(), ()> {
+    vm.load_limited(image, slots, is_known).map_err(drop)
 }
 
 /// Returns true if the robot has this function. The search is not in a table, because the AVR would
@@ -181,8 +195,8 @@ fn is_known(function: u16) -> bool {
 
 /// Does the work of a robot at a tick. It is not inlined, so that there is one copy, as on a robot.
 #[inline(never)]
-fn enter<P: Profile, C: ByteCode>(
-    vm: &mut Machine<P, C>,
+fn enter<P: Profile, C: ByteCode, const SLOTS: usize>(
+    vm: &mut Vm<P, C, SLOTS>,
     entry: Entry,
     robot: &mut BenchHost<P>,
 ) -> Result<(), (Mark, u32)> {
@@ -255,7 +269,7 @@ impl<P: Profile> Host<P> for BenchHost<P> {
         let number = NEIGHBORS - self.coming;
         self.coming -= 1;
         let sent = self.frames.get(usize::from(number))?;
-        frame.get_mut(..sent.as_ref().len())?.copy_from_slice(sent.as_ref());
+        frame.get_mut(..self.length)?.copy_from_slice(sent.as_ref().get(..self.length)?);
         *sighting = Sighting::at(*self.distances.get(usize::from(number))?);
         Some(self.length)
     }

@@ -10,6 +10,9 @@ pub const ROOM: usize = 4096;
 /// number of the global that holds the result, and the length of the image.
 pub const HEADER: usize = 4;
 
+/// The bit of the global's number by which the script may use all slots of the machine.
+pub const ALL_SLOTS: u16 = 0x8000;
+
 /// Returns the header.
 pub fn header(global: u16, length: u16) -> [u8; HEADER] {
     let ([g0, g1], [l0, l1]) = (global.to_le_bytes(), length.to_le_bytes());

@@ -1,5 +1,5 @@
-//! The flight controller is compiled for the robot at the levels at which its cost is counted
-//! (`cargo xtask bench flight`).
+//! The flight controller and the virtual machine are compiled for the robots at the levels at which their costs
+//! are counted (`cargo xtask bench flight`, `cargo xtask bench thumbv7em-full`).
 
 use std::fs;
 
@@ -12,6 +12,20 @@ fn release(workspace: &str) -> Table {
     let text = fs::read_to_string(root().join(workspace).join("Cargo.toml")).unwrap();
     let manifest: Table = text.parse().unwrap();
     manifest["profile"]["release"].as_table().unwrap().clone()
+}
+
+/// The machine is generic. The compiler makes its code in the crate of the program.
+#[test]
+fn the_machine_of_the_firmware_has_the_level_of_the_benchmark() {
+    let counted = release("targets/cortex-m");
+    for robot in ["firmware/crazyflie", "firmware/zooids"] {
+        let flashed = release(robot);
+        assert!(flashed.get("package").and_then(|all| all.get("bittybuzz-vm-core")).is_none());
+        for package in ["bench-cortex-m", "bittybuzz-vm-core"] {
+            let level = &counted["package"][package]["opt-level"];
+            assert_eq!(level, &flashed["opt-level"], "{robot} and {package}");
+        }
+    }
 }
 
 #[test]

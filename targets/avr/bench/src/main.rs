@@ -13,7 +13,7 @@ mod trace;
 
 use core::arch::asm;
 
-use bittybuzz_bench::{MEMORY, Machine, Mark, Meter, run};
+use bittybuzz_bench::{MEMORY, Mark, Meter, run, slots};
 use bittybuzz_vm_core::number::Tiny;
 use bittybuzz_vm_core::{Image, Vm};
 use chip_avr::stop;
@@ -25,8 +25,11 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     stop()
 }
 
+/// The machine under test.
+type Machine = Vm<Tiny, Flash, { slots::KILOBOT }>;
+
 /// The machine must not need more memory than the robot file states.
-const _: () = assert!(size_of::<Machine<Tiny, Flash>>() <= MEMORY);
+const _: () = assert!(size_of::<Machine>() <= MEMORY);
 
 /// I/O addresses of GPIOR0, GPIOR1 and GPIOR2.
 const GPIOR: [u8; 3] = [0x1e, 0x2a, 0x2b];
@@ -53,7 +56,7 @@ impl Meter for Registers {
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> ! {
-    static mut MACHINE: Machine<Tiny, Flash> = Vm::new();
+    static mut MACHINE: Machine = Vm::new();
     let place = &raw mut MACHINE;
     // SAFETY: this is the only reference to the machine, because main runs once.
     let vm = unsafe { &mut *place };
