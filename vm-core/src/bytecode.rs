@@ -41,6 +41,12 @@ pub trait ByteCode: Copy {
         u16::from_le_bytes([self.byte(at), self.byte(at.wrapping_add(1))])
     }
 
+    /// Returns four bytes, little-endian.
+    #[hot]
+    fn quad(&self, at: usize) -> u32 {
+        u32::from(self.word(at)) | u32::from(self.word(at.wrapping_add(2))) << 16
+    }
+
     /// Returns byte `at` of the machine's own tables, [`Profile::ROM`].
     #[hot]
     fn rom<P: Profile>(at: usize) -> u8 {
@@ -79,6 +85,14 @@ impl ByteCode for &[u8] {
         match self.get(at..).and_then(<[u8]>::first_chunk) {
             Some(bytes) => u16::from_le_bytes(*bytes),
             None => u16::from(self.byte(at)),
+        }
+    }
+
+    #[hot]
+    fn quad(&self, at: usize) -> u32 {
+        match self.get(at..).and_then(<[u8]>::first_chunk) {
+            Some(bytes) => u32::from_le_bytes(*bytes),
+            None => u32::from(self.word(at)) | u32::from(self.word(at.wrapping_add(2))) << 16,
         }
     }
 }
@@ -141,6 +155,15 @@ impl<const BYTES: usize> ByteCode for FlashArea<'_, BYTES> {
         let at = at & (Self::LENGTH_MAX - 1);
         u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
     }
+
+    #[hot]
+    fn quad(&self, at: usize) -> u32 {
+        let place = at & (Self::LENGTH_MAX - 1);
+        match self.bytes.get(place..).and_then(<[u8]>::first_chunk) {
+            Some(bytes) => u32::from_le_bytes(*bytes),
+            None => u32::from(self.word(at)) | u32::from(self.word(at.wrapping_add(2))) << 16,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -159,10 +182,14 @@ mod tests {
         for at in 0..7 {
             assert_eq!(area.word(at), ByteCode::word(&slice, at));
         }
+        for at in 0..5 {
+            assert_eq!(area.quad(at), ByteCode::quad(&slice, at));
+        }
         // Bytes beyond the area are arbitrary, but always the same.
         for at in [8, 100, usize::MAX] {
             assert_eq!(area.byte(at), area.byte(at));
             assert_eq!(area.word(at), area.word(at));
+            assert_eq!(area.quad(at), area.quad(at));
         }
         assert!(FlashArea::new(&bytes, 9).is_none());
         assert!(FlashArea::empty(&bytes).is_empty());

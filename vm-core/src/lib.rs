@@ -75,7 +75,7 @@ pub use bytecode::{ByteCode, FlashArea, longest_image};
 pub use fault::{Fault, FaultCode, Refusal, RobotFault};
 pub use host::{Argument, Axis, CallArguments, Host, Reply, Text};
 pub use image::{Entry, Image, ImageError};
-pub use machine::{Callee, Calls, GLOBALS, Instruction, Outcome, Vm};
+pub use machine::{Callee, Calls, GLOBALS, Instruction, Outcome, QuickLoop, Vm};
 pub use network::{Buffer, ENTRIES_MAX, NetworkCounters, Periods, Places, Sighting, Sizes};
 pub use part::{Part, Parts};
 pub use restart::Restarts;

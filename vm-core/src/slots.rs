@@ -3,7 +3,9 @@
 //! [`Split`] stores tags and payloads in two arrays. There is no padding, and the AVR needs no
 //! multiplication by an odd size to reach a slot, which would double the code. [`Joined`] stores
 //! each tag next to its payload. In the tiny profile on a 32-bit chip a slot then takes four bytes
-//! instead of three, but is reached by one address and fits one register, a [`SlotWord`].
+//! instead of three, but is reached by one address and fits one register, a [`SlotWord`]. In the full
+//! profile it takes eight bytes instead of five, but one instruction reads or writes all of it. A
+//! Cortex-M0, the only ARM core here without atomic instructions, has no memory for that.
 
 use core::fmt::Debug;
 
@@ -40,7 +42,7 @@ pub trait Pair<P: Profile>: Copy + Debug {
 }
 
 /// A tag and a payload in registers of their own.
-#[cfg(not(target_pointer_width = "64"))]
+#[cfg(not(target_has_atomic = "ptr"))]
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Apart<P: Profile> {
@@ -49,7 +51,7 @@ pub struct Apart<P: Profile> {
     tag: Tag,
 }
 
-#[cfg(not(target_pointer_width = "64"))]
+#[cfg(not(target_has_atomic = "ptr"))]
 impl<P: Profile> Pair<P> for Apart<P> {
     const NIL: Self = Apart { tag: Tag::NIL, raw: P::ZERO };
 
@@ -114,14 +116,15 @@ impl Pair<Tiny> for SlotWord {
     }
 }
 
-/// A tag in the lower half of a computer's register, and a payload of 32 bits in the upper half. It
-/// is aligned as on the chips, since robot files are checked against their layout.
-#[cfg(target_pointer_width = "64")]
+/// A tag in the lower half of a computer's register or in the first of a chip's two, and a payload of
+/// 32 bits in the upper half or the second. It is aligned as on the chips, since robot files are checked
+/// against their layout.
+#[cfg(target_has_atomic = "ptr")]
 #[derive(Clone, Copy, Debug)]
 #[repr(C, packed(4))]
 pub struct Long(u64);
 
-#[cfg(target_pointer_width = "64")]
+#[cfg(target_has_atomic = "ptr")]
 impl Pair<Full> for Long {
     const NIL: Self = Long(0);
 
@@ -217,13 +220,13 @@ pub trait Slots<P: Profile>: Clone {
 }
 
 impl Stored for Full {
-    #[cfg(not(target_pointer_width = "64"))]
+    #[cfg(not(target_has_atomic = "ptr"))]
     type Slots<const N: usize> = Split<Self, N>;
-    #[cfg(target_pointer_width = "64")]
+    #[cfg(target_has_atomic = "ptr")]
     type Slots<const N: usize> = Joined<Self, N>;
-    #[cfg(not(target_pointer_width = "64"))]
+    #[cfg(not(target_has_atomic = "ptr"))]
     type Pair = Apart<Self>;
-    #[cfg(target_pointer_width = "64")]
+    #[cfg(target_has_atomic = "ptr")]
     type Pair = Long;
 }
 
@@ -239,31 +242,20 @@ impl Stored for Tiny {
 }
 
 /// All tags, followed by all payloads.
-#[cfg(not(target_pointer_width = "64"))]
+#[cfg(not(target_has_atomic = "ptr"))]
 #[derive(Clone)]
 pub struct Split<P: Profile, const N: usize> {
     tags: [Tag; N],
     payloads: [P::Raw; N],
 }
 
-#[cfg(not(target_pointer_width = "64"))]
-impl<P: Profile, const N: usize> Split<P, N> {
-    /// Returns the index of a slot. On computers an index wraps around if `N` is a power of two, as
-    /// in [`Joined`].
-    #[hot]
-    fn place(at: usize) -> usize {
-        if cfg!(target_pointer_width = "64") && N.is_power_of_two() { at & (N - 1) } else { at }
-    }
-}
-
-#[cfg(not(target_pointer_width = "64"))]
+#[cfg(not(target_has_atomic = "ptr"))]
 impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
     const COUNT: usize = N;
     const EMPTY: Self = Split { tags: [Tag::NIL; N], payloads: [P::ZERO; N] };
 
     #[hot]
     fn get(&self, at: usize) -> Value<P> {
-        let at = Self::place(at);
         // On an AVR this takes less code than making a nil.
         let at = if at < N { at } else { 0 };
         match (self.tags.get(at), self.payloads.get(at)) {
@@ -274,7 +266,6 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
 
     #[hot]
     fn set(&mut self, at: usize, value: Value<P>) {
-        let at = Self::place(at);
         if let (Some(tag), Some(payload)) = (self.tags.get_mut(at), self.payloads.get_mut(at)) {
             *tag = value.tag();
             *payload = value.raw();
@@ -283,24 +274,24 @@ impl<P: Profile, const N: usize> Slots<P> for Split<P, N> {
 
     #[hot]
     fn index_at(&self, at: usize) -> usize {
-        self.payloads.get(Self::place(at)).map_or(0, |payload| usize::from(P::raw_to_u16(*payload)))
+        self.payloads.get(at).map_or(0, |payload| usize::from(P::raw_to_u16(*payload)))
     }
 
     #[hot]
     fn set_index(&mut self, at: usize, index: usize) {
-        if let Some(payload) = self.payloads.get_mut(Self::place(at)) {
+        if let Some(payload) = self.payloads.get_mut(at) {
             *payload = P::raw_from_u16(index as u16);
         }
     }
 
     #[hot]
     fn tag_at(&self, at: usize) -> Tag {
-        self.tags.get(Self::place(at)).copied().unwrap_or(Tag::NIL)
+        self.tags.get(at).copied().unwrap_or(Tag::NIL)
     }
 
     #[hot]
     fn set_tag(&mut self, at: usize, tag: Tag) {
-        if let Some(old) = self.tags.get_mut(Self::place(at)) {
+        if let Some(old) = self.tags.get_mut(at) {
             *old = tag;
         }
     }

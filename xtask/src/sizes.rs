@@ -189,10 +189,10 @@ mod tests {
 
     #[test]
     fn the_budget_is_that_of_the_robot_file() {
-        assert!(check(&crazyflie(241_664, 66_560)).is_ok());
-        let failure = check(&crazyflie(241_665, 66_561)).unwrap_err().to_string();
-        assert!(failure.contains("flash 241665 > 241664"), "{failure}");
-        assert!(failure.contains("ram 66561 > 66560"), "{failure}");
+        assert!(check(&crazyflie(246_784, 80_896)).is_ok());
+        let failure = check(&crazyflie(246_785, 80_897)).unwrap_err().to_string();
+        assert!(failure.contains("flash 246785 > 246784"), "{failure}");
+        assert!(failure.contains("ram 80897 > 80896"), "{failure}");
     }
 
     #[test]

@@ -61,6 +61,7 @@ use core::cell::RefCell;
 
 use bittybuzz_board::log;
 use bittybuzz_comms::syslink::SWARM_MESSAGE_MAX;
+use bittybuzz_crazyflie_machine::SLOTS;
 use bittybuzz_crtp::Identity;
 use bittybuzz_runtime::id::Id;
 use bittybuzz_runtime::liveness::{CHECK_PERIOD, Liveness, Pulse};
@@ -113,7 +114,8 @@ static STATUS: StatusChannel = StatusChannel::new();
 /// The room for the lines that the script prints in a slice, in bytes.
 const LOG_BYTES: usize = 1024;
 
-const SLOTS: usize = robot::SLOTS + robot::SIZES.slots();
+/// The machine has the type of which another crate has the quick loop.
+const _: () = assert!(SLOTS == robot::SLOTS + robot::SIZES.slots());
 type Machine = Vm<Numbers, section::Section, SLOTS>;
 type ScriptTask = script::ScriptTask<Numbers, section::Section, Crazyflie, SLOTS>;
 

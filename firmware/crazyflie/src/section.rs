@@ -3,6 +3,7 @@
 
 use core::hint::black_box;
 
+pub use bittybuzz_crazyflie_machine::Section;
 use bittybuzz_runtime::places::{self, IMAGE_AREA, PLACE};
 use bittybuzz_vm_core::FlashArea;
 
@@ -26,9 +27,6 @@ built_in!(BUILT_IN, ".script", SCRIPT);
 built_in!(BUILT_IN_MARK, ".script_mark", MARK);
 built_in!(COPY, ".script_copy", SCRIPT);
 built_in!(COPY_MARK, ".script_copy_mark", MARK);
-
-/// The room for an image.
-pub type Section = FlashArea<'static, IMAGE_AREA>;
 
 /// Returns the image that runs. It is empty, which is not a valid image, if the log holds none.
 pub fn image() -> Section {

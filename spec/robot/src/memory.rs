@@ -53,6 +53,7 @@ impl Robot {
             // `size_of` is that of a larger chip, because this program runs on one.
             NumberProfile::Tiny if !self.is_packed() => size_of::<Value<number::Tiny>>(),
             NumberProfile::Tiny => Value::<number::Tiny>::SLOT_BYTES,
+            NumberProfile::Full if !self.is_packed() => size_of::<Value<number::Full>>(),
             NumberProfile::Full => Value::<number::Full>::SLOT_BYTES,
         };
         bytes as u32

@@ -1,6 +1,7 @@
 //! The script on the robot: ticks, values, log lines and faults as people see them.
 
-use bittybuzz_hil::{Core, ScriptFile, Trace, text, time, trace};
+use bittybuzz_emulation::ElfSymbol;
+use bittybuzz_hil::{Core, ScriptFile, Trace, crazyflie, text, time, trace};
 use bittybuzz_runtime::script::SLICE_MAX;
 use bittybuzz_tests::bbz;
 
@@ -18,6 +19,17 @@ function step() {
   if(n % 4 == 0) log(n, \" \", n / 2, \" \", n / 2.0, \" \", n == 4, \" \", {.a = n}, \" \", nil, math.sqrt(2.0))
 }
 ";
+
+/// The name of a generic function ends with that of the crate in which it was compiled, whose level it has.
+#[test]
+fn the_quick_loop_is_compiled_in_a_crate_of_its_own() {
+    let image = std::fs::read(crazyflie()).unwrap();
+    let found = |crate_name: &str| {
+        ElfSymbol::find(&image, |name| name.contains("run_quickly") && name.contains(crate_name))
+    };
+    assert!(found("bittybuzz_crazyflie_machine").is_some());
+    assert!(found("19bittybuzz_crazyflie").is_none());
+}
 
 /// LEDs and motors have the values of step `n` from the tick of that step to the next.
 fn outputs_follow_the_script(core: Core, steps: u32) {

@@ -7,7 +7,7 @@ use bittybuzz_runtime::script::SLICE_MAX;
 
 /// Scripts, in which `PAIRS` stands for as many entries as nearly fill the memory of the robot, `TABLES` for as many
 /// tables, and `ITEMS` for as many numbers as fit a message.
-const SCRIPTS: [(&str, &str); 10] = [
+const SCRIPTS: [(&str, &str); 11] = [
     ("loop", "function step() { i = 0 while(i < 1000) i = i + 1 }"),
     (
         "maths",
@@ -44,6 +44,30 @@ const SCRIPTS: [(&str, &str); 10] = [
           while(i < 100) {
             x = i * 2 + 1  y = x * 2 + 1  z = y * 2 + 1  x = y * 2 + z  y = x + y * z
             t = {}
+            i = i + 1
+          }
+        }",
+    ),
+    // Searches in as many cells as the quick loop follows, which takes no look at the clock, and then a collection.
+    (
+        "fields",
+        "keep = {}
+        t = {}
+        a = {}
+        function init() {
+          t.a = 1 t.b = 1 t.c = 1 t.d = 1 t.e = 1 t.f = 1 t.g = 1
+          t.h = 1 t.i = 1 t.j = 1 t.k = 1 t.l = 1 t.m = 1 t.n = 1
+          i = 0
+          while(i < 96) { a[i] = i i = i + 1 }
+          i = 0
+          while(i < TABLES - 24) { keep[i] = { .a = i, .b = i } i = i + 1 }
+        }
+        function step() {
+          i = 0
+          while(i < 100) {
+            x = t.n  a[95] = t.n  t.n = a[95]  x = t.n  a[95] = t.n  t.n = a[95]  x = t.n  a[95] = t.n
+            t.n = a[95]  x = t.n  a[95] = t.n
+            y = {}
             i = i + 1
           }
         }",

@@ -28,7 +28,8 @@ impl Header {
         [l0, l1, b0, b1, s0, s1, s2, s3]
     }
 
-    fn read(code: impl ByteCode) -> Header {
+    /// Reads a header from the first bytes.
+    pub fn read(code: impl ByteCode) -> Header {
         let slices = u32::from(code.word(6)) << 16 | u32::from(code.word(4));
         Header { length: code.word(0), budget: code.word(2), slices }
     }

@@ -17,12 +17,14 @@
 extern crate std;
 
 mod batch;
+mod floats;
 mod recorder;
 mod report;
 mod run;
 mod trace;
 
 pub use batch::{Batch, Header, SYMBOL};
+pub use floats::{BLOCK_PAIRS, header_of_block, sweep};
 pub use report::{End, Report};
 pub use run::{run, run_batch};
 

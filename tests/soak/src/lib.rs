@@ -11,6 +11,7 @@ mod examples;
 mod executions;
 mod executors;
 mod flights;
+mod floats;
 mod fuzz;
 mod guides;
 mod image_flights;
@@ -104,6 +105,7 @@ const PARTS: &[Part] = &[
         made_of: executors::MADE_OF,
     },
     Part { name: "flights", items: flights::items, run: flights::run, made_of: flights::MADE_OF },
+    Part { name: "floats", items: floats::items, run: floats::run, made_of: floats::MADE_OF },
     // Each target has a count of executions of its own, until the files change that it exercises.
     Part { name: "fuzz", items: fuzz::items, run: fuzz::run, made_of: ALL },
     // The file with the runs keeps the hashes of the files of each guide.

@@ -150,7 +150,7 @@ const SLICES: [(&str, &[&str]); 9] = [
     ("a stigmergy with all its entries", &["full store"]),
     (
         "a full heap that is collected all the time",
-        &["garbage", "seldom", "list", "texts", "calls", "iterations"],
+        &["garbage", "seldom", "fields", "list", "texts", "calls", "iterations"],
     ),
     ("the longest message into a full queue", &["messages", "other messages", "entries"]),
     (

@@ -34,13 +34,20 @@ pub const TARGETS: [ChipTarget; 6] = [
 /// Seeds of the generated programs that are compared before every merge.
 const SAMPLE: &str = "0..200";
 
-/// Compares the conformance scripts and some generated programs on every target.
+/// The target whose processor has instructions for floats of the machine.
+pub const FLOATS: ChipTarget = cortex_m("thumbv7em-full", "thumbv7em-none-eabihf", "full");
+
+/// Blocks of the sweep over pairs of floats that are compared before every merge.
+const SAMPLE_OF_FLOATS: &str = "0..2";
+
+/// Compares the conformance scripts and some generated programs on every target, and some pairs of floats.
 pub fn sample() -> Result<()> {
     for target in TARGETS {
         for seeds in [None, Some(SAMPLE)] {
             println!("{}: {}", target.name, target.compare(seeds)?);
         }
     }
+    println!("{}: {}", FLOATS.name, FLOATS.compare_floats(SAMPLE_OF_FLOATS)?);
     Ok(())
 }
 
@@ -48,8 +55,18 @@ impl ChipTarget {
     /// Compares the target with the host: on the generated programs of these seeds, or on the
     /// conformance scripts if there are no seeds. Returns a summary of the run.
     pub fn compare(&self, seeds: Option<&str>) -> Result<String> {
+        self.test("a_chip_does_what_the_host_does", seeds)
+    }
+
+    /// Compares the results of the processor's instructions with integers and with the host, for the pairs of
+    /// floats of these blocks. Returns a summary of the run.
+    pub fn compare_floats(&self, blocks: &str) -> Result<String> {
+        self.test("floats::a_chip_computes_floats_like_integers_and_the_host", Some(blocks))
+    }
+
+    fn test(&self, name: &str, seeds: Option<&str>) -> Result<String> {
         let program = self.program.build(&[], true)?;
-        let test = all_tests(&["--test", "same"], &["--ignored", "--nocapture"])
+        let test = all_tests(&["--test", "same"], &["--ignored", "--nocapture", "--exact", name])
             .env("BITTYBUZZ_TARGET", self.name)
             .env("BITTYBUZZ_PROGRAM", &program.display().to_string());
         let test = match seeds {

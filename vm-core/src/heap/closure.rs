@@ -62,6 +62,12 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
         self.get(closure + 2)
     }
 
+    /// Returns a captured value of a closure, if it is in the first cell.
+    #[hot]
+    pub(crate) fn captured_in_head(&self, closure: usize, number: usize) -> Option<Value<P>> {
+        (number < IN_HEAD).then(|| self.get_fast(closure + 3 + number))
+    }
+
     /// Returns a captured value of a closure, nil if its number is too high.
     pub(crate) fn captured(&self, closure: usize, number: usize) -> Value<P> {
         if number < IN_HEAD {

@@ -322,6 +322,72 @@ impl<P: Profile, S: Slots<P>> Arena<P, S> {
         }
     }
 
+    /// Returns the slot of the value under a constant string, if it is in the table's head or one of the next
+    /// `cells` cells; otherwise 0.
+    #[hot]
+    pub(crate) fn field_in_cells(&self, table: usize, key: Value<P>, cells: u8) -> usize {
+        for pair in [table + HEAD, table + HEAD + 2] {
+            if self.get_fast(pair).same(key) {
+                return pair + 1;
+            }
+        }
+        self.field_after_head(table, key, cells)
+    }
+
+    /// Searches the cells after a table's head like [`Arena::field_in_cells`].
+    #[one_copy]
+    fn field_after_head(&self, table: usize, key: Value<P>, cells: u8) -> usize {
+        let mut cell = self.link(table);
+        for _ in 0..cells {
+            if cell == 0 {
+                break;
+            }
+            for pair in [cell + 1, cell + 3, cell + 5] {
+                if self.get_fast(pair).same(key) {
+                    return pair + 1;
+                }
+            }
+            cell = self.link(cell);
+        }
+        0
+    }
+
+    /// Returns the slot of an element of the array, if it is in one of the first `cells` cells; otherwise 0.
+    #[hot]
+    pub(crate) fn element_in_cells(&self, table: usize, index: i32, cells: usize) -> usize {
+        let index = index as u32 as usize;
+        if index >= self.array_length(table) || index >= cells * PER_ARRAY {
+            return 0;
+        }
+        let (cell, place) = self.array_place(table, index);
+        cell + 1 + place
+    }
+
+    /// Appends a value that is not nil to the array, if that needs no search and no cell: the index is the length, the
+    /// last cell has room and is one of the first `cells`, and the table has no pairs, among which the index could be.
+    /// Returns false and changes nothing otherwise.
+    #[one_copy]
+    pub(crate) fn append_in_cell(
+        &mut self,
+        table: usize,
+        index: i32,
+        value: Value<P>,
+        cells: usize,
+    ) -> bool {
+        let length = self.array_length(table);
+        let has_room = !length.is_multiple_of(PER_ARRAY) && length < cells * PER_ARRAY;
+        let has_pairs = self.link(table) != 0
+            || !self.is_nil_at(table + HEAD)
+            || !self.is_nil_at(table + HEAD + 2);
+        if index as u32 as usize != length || !has_room || has_pairs {
+            return false;
+        }
+        let slot = self.array_slot(table, length);
+        self.set_fast(slot, value);
+        self.set_fast(table + LENGTH, Value::int(length as i32 + 1));
+        true
+    }
+
     /// Returns the value under a normalized key, nil if there is none.
     #[one_copy]
     pub(crate) fn table_get(&self, table: usize, key: Value<P>) -> Value<P> {

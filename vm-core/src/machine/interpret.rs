@@ -36,7 +36,7 @@
 //!
 //! # Order of the arms
 //! Opcodes that share an arm are listed one by one. A range would be compared separately, before or
-//! after the jump table. [`super::decode`] explains the two decoders; `docs/instruction-set.md` has
+//! after the jump table. [`super::quick`] describes the loop that is before this one on robots with more flash, [`super::decode`] explains the two decoders; `docs/instruction-set.md` has
 //! all instructions, and `docs/performance.md` the cost of each.
 
 use super::decode::forms::decode_form;
@@ -188,6 +188,19 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
             let mut arg: isize;
             // Executes instructions until an arm cannot finish its instruction.
             let left = 'run: loop {
+                if Self::IS_QUICK && !H::IS_TIMED {
+                    self.pc = pc as u16;
+                    self.sp = sp as u16;
+                    budget = self.run_quickly(code, budget);
+                    pc = usize::from(self.pc);
+                    sp = usize::from(self.sp);
+                    fp = usize::from(self.fp);
+                    if pc >= SPECIAL {
+                        op = opcode::NIL;
+                        arg = 0;
+                        break 'run LoopExit::Returned;
+                    }
+                }
                 if is_over!() {
                     op = opcode::NIL;
                     arg = 0;

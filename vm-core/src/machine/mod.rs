@@ -26,6 +26,7 @@ mod iterate;
 mod library;
 mod network;
 mod question;
+mod quick;
 mod slow;
 mod text;
 
@@ -45,6 +46,7 @@ pub use inspect::{
 };
 use network::Protocol;
 pub use network::{KnownSwarm, Neighbor, StoredEntry, Trigger};
+pub use quick::QuickLoop;
 
 /// The slot of the machine's own global: the table of the changes that the script made to libraries
 /// (see [`library`]), and of its listeners and handlers.

@@ -6,9 +6,9 @@ use crate::bytecode::ByteCode;
 use crate::fault::{FaultCode, Stopped};
 use crate::host::Host;
 use crate::image::{CAPTURES, PARAMETERS, USES_SELF};
-use crate::number::Profile;
 use crate::number::maths::{self, MathFunction};
 use crate::number::wide::IS_WIDE;
+use crate::number::{Profile, compute};
 use crate::opcode::{self, DROP_RESULT, Operand};
 use crate::part::Part;
 use crate::rom::Effect;
@@ -180,10 +180,11 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         Ok(closure)
     }
 
-    /// Adds, subtracts, multiplies or divides two numbers in binary32, on computers. Floats of the
-    /// tiny profile have ten bits. A result that is rounded to 24 bits and then to ten equals one
-    /// that is rounded once, since 24 is at least 2 * 10 + 2 (Figueroa, "When is double rounding
-    /// innocuous?", 1995). Returns `None` for another operation, and for integers of more bits.
+    /// Adds, subtracts, multiplies or divides two numbers in binary32: those of the full profile, and on
+    /// computers also those of the tiny profile. Floats of the tiny profile have ten bits. A result that
+    /// is rounded to 24 bits and then to ten equals one that is rounded once, since 24 is at least
+    /// 2 * 10 + 2 (Figueroa, "When is double rounding innocuous?", 1995). Returns `None` for another
+    /// operation, for other values, and in the tiny profile for integers of more bits.
     #[hot]
     pub(super) fn compute_quickly(op: u8, a: Value<P>, b: Value<P>) -> Option<Value<P>> {
         let is_short = |value: Value<P>| {
@@ -193,13 +194,8 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !is_short(a) || !is_short(b) {
             return None;
         }
-        Some(Value::float(match op {
-            opcode::ADD => x + y,
-            opcode::SUB => x - y,
-            opcode::MUL => x * y,
-            opcode::DIV => x / y,
-            _ => return None,
-        }))
+        // The numbers of the operations are in the order of the opcodes.
+        Some(Value::float(compute(op.wrapping_sub(opcode::ADD), x, y)?))
     }
 
     /// Computes arithmetic and bit operations on any two values. The loop itself adds, subtracts
@@ -223,21 +219,10 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         if !(a.is_number() && b.is_number()) {
             return Err(self.wrong_type(a, b));
         }
-        if IS_WIDE && let Some(result) = Self::compute_quickly(op, a, b) {
+        if (P::FULL || IS_WIDE)
+            && let Some(result) = Self::compute_quickly(op, a, b)
+        {
             return Ok(result);
-        }
-        if P::FULL {
-            // The chip or the compiler's library computes in binary32, which is the full profile's
-            // float.
-            if let (Some(x), Some(y)) = (a.as_f32(), b.as_f32()) {
-                match op {
-                    opcode::ADD => return Ok(Value::float(x + y)),
-                    opcode::SUB => return Ok(Value::float(x - y)),
-                    opcode::MUL => return Ok(Value::float(x * y)),
-                    opcode::DIV => return Ok(Value::float(x / y)),
-                    _ => {}
-                }
-            }
         }
         if !Self::has(Part::Floats) {
             return Err(self.wrong_type(a, b));

@@ -1,7 +1,25 @@
-//! Conversion to and from binary32, the float of the full profile and of robots' functions.
+//! binary32, the float of the full profile and of robots' functions: conversion, and the operations of processors
+//! with instructions for it.
 
-use super::arithmetic::shift_right;
+use super::arithmetic::{operation, shift_right};
 use super::float::{Float, INFINITE_EXPONENT, NAN_EXPONENT};
+
+/// Returns the result of an [`operation`] on two binary32, by the processor's instructions or the compiler's
+/// library; `None` for the remainder and the root.
+///
+/// IEEE 754 leaves no freedom in the result but the bits of NaN, of which
+/// [`Profile::float_from_f32`](super::Profile::float_from_f32) makes one. `tests/on-chip` compares the instructions
+/// of an emulated Cortex-M4F with [`Float`] and with those of a computer.
+#[hot]
+pub fn compute(operation: u8, x: f32, y: f32) -> Option<f32> {
+    match operation {
+        operation::ADD => Some(x + y),
+        operation::SUB => Some(x - y),
+        operation::MUL => Some(x * y),
+        operation::DIV => Some(x / y),
+        _ => None,
+    }
+}
 
 impl Float {
     /// Unpacks a binary32.

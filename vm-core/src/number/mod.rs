@@ -25,6 +25,7 @@ pub(crate) mod wide;
 mod word;
 
 pub use arithmetic::operation;
+pub use binary32::compute;
 pub use float::{Float, Rounding};
 pub use float16::F16;
 pub use format::{format_float, format_int, parse_float, parse_int};

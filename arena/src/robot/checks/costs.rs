@@ -21,9 +21,10 @@ const USUAL: [&str; 9] = [
     ", of 2",
 ];
 
-/// The suffixes of the other case, which depends on the form of the instruction, a jump or the
-/// callee.
-const OTHER: [&str; 3] = [", short form", ", jumps", ", of a closure, and `RETURN_NIL`"];
+/// The suffixes of the other case, which depends on the form of the instruction, a jump, the callee or
+/// the key.
+const OTHER: [&str; 4] =
+    [", short form", ", jumps", ", of a closure, and `RETURN_NIL`", ", new element of an array"];
 
 /// The costs of an opcode.
 #[derive(Clone, Copy, Debug, Default)]
@@ -135,6 +136,7 @@ impl Costs {
                     Callee::Other => {}
                 }
             }
+            opcode::INDEX_SET => case.is_other = vm.is_missing(vm.operand(3), vm.operand(2)),
             opcode::LOCAL_ADD => case.is_float = is_float(vm.frame_local(operand)),
             opcode::ADD_INT | opcode::NEG => case.is_float = top(1),
             opcode::POW..=opcode::MOD | opcode::LT..=opcode::GE if opcode != opcode::POP => {

@@ -6,6 +6,7 @@ use super::image::{
 };
 use bittybuzz_vm_core::builtin::{self, Library};
 use bittybuzz_vm_core::opcode as op;
+use std::cell::Cell;
 
 /// Writes instructions to a function.
 type Write = Box<dyn Fn(&mut FunctionWriter)>;
@@ -197,6 +198,7 @@ fn tables(cases: &mut Cases) {
             body.int(5);
         });
     }
+    new_elements(cases);
     for opcode in [op::FIELD_GET, op::FIELD_METHOD] {
         cases.operand(opcode, "", FIRST_FIELD, local(SMALL));
         cases.operand(opcode, LAST, LAST_FIELD, local(LARGE));
@@ -209,6 +211,37 @@ fn tables(cases: &mut Cases) {
             });
         }
     }
+}
+
+/// Adds the elements of a new table, one after the other. One of them needs a new cell.
+fn new_elements(cases: &mut Cases) {
+    const IN_CELL: i32 = 6;
+    let before = || {
+        let key = Cell::new(0);
+        move |body: &mut FunctionWriter| {
+            if key.get() == 0 {
+                body.plain(op::TABLE_NEW);
+            }
+            body.plain(op::DUP);
+            body.int(key.get());
+            body.int(5);
+            key.set((key.get() + 1) % IN_CELL);
+        }
+    };
+    let (opcode, place, write) = (op::INDEX_SET, CodeRegion::Step, before());
+    let with = Box::new(move |body: &mut FunctionWriter| {
+        write(body);
+        body.plain(opcode);
+    });
+    let (without, times) = (Box::new(before()), IN_CELL as usize);
+    cases.0.push(CostCase {
+        opcode,
+        label: "new element of an array",
+        place,
+        times,
+        without,
+        with,
+    });
 }
 
 const AND_BACK: &str = "and `RETURN_NIL` of the callee";

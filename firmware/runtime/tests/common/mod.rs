@@ -174,7 +174,7 @@ const SIZES: Sizes = Sizes { neighbors: 2, bearings: true, entries: 2, swarms: 2
 /// Compiles a script that may call `motor(int)` and `work(us)`.
 pub fn image(source: &str) -> Vec<u8> {
     let robot = "name = \"fake\"\ntitle = \"none\"\nchip = \"none\"\nprofile = \"full\"\ntick_hz = 10\nmessage_bytes = 48\n\
-        [vm]\nmemory = 4000\nslots = 400\nneighbors = 1\nin_queue = 1\nout_queue = 1\nstigmergy_entries = 1\nswarms = 1\n\
+        [vm]\nmemory = 5000\nslots = 400\nneighbors = 1\nin_queue = 1\nout_queue = 1\nstigmergy_entries = 1\nswarms = 1\n\
         [budget]\nflash_bytes = 65536\nram_bytes = 8000\n\
         [[function]]\nname = \"motor\"\naccepts = [\"power: int\"]\nhelp = \"turn\"\n\
         [[function]]\nname = \"work\"\naccepts = [\"us: int\"]\nhelp = \"takes time\"\n";

@@ -5,24 +5,22 @@
 
 use core::hint::black_box;
 
-use bittybuzz_bench::{HEADER, ROOM, run, slots, split};
+#[cfg(target_abi = "eabihf")]
+use bittybuzz_bench::slots::CRAZYFLIE as SLOTS;
+#[cfg(not(target_abi = "eabihf"))]
+use bittybuzz_bench::slots::ZOOIDS as SLOTS;
+use bittybuzz_bench::{HEADER, ROOM, run, split};
+// The machine of the firmware has the same type, and so the same quick loop.
+use bittybuzz_crazyflie_machine::{IMAGE_AREA, Section};
 #[cfg(feature = "full")]
 use bittybuzz_vm_core::number::Full as Numbers;
 #[cfg(not(feature = "full"))]
 use bittybuzz_vm_core::number::Tiny as Numbers;
-use bittybuzz_vm_core::{FlashArea, Image, Vm};
+use bittybuzz_vm_core::{Image, Vm};
 use debugger_cortex_m::Debugger;
-
-/// Slots of the machine of the robot with this core.
-#[cfg(target_abi = "eabihf")]
-const SLOTS: usize = slots::CRAZYFLIE;
-#[cfg(not(target_abi = "eabihf"))]
-const SLOTS: usize = slots::ZOOIDS;
 
 #[unsafe(no_mangle)]
 static BENCH_SCRIPT: [u8; ROOM] = [0; ROOM];
-
-type Section = FlashArea<'static, { ROOM - HEADER }>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
@@ -31,8 +29,8 @@ fn main() -> ! {
     let bytes = black_box(&BENCH_SCRIPT);
     let (global, image) = split(bytes);
     // The image is an area of flash, as in the firmware of robots.
-    let area = bytes.last_chunk().and_then(|area| Section::new(area, image.len()));
-    let Some(image) = area else { panic!() };
+    let area = bytes.get(HEADER..).and_then(<[u8]>::first_chunk::<IMAGE_AREA>);
+    let Some(image) = area.and_then(|area| Section::new(area, image.len())) else { panic!() };
     run(MACHINE, Image::new(image), global, &mut Debugger);
     loop {
         core::hint::spin_loop();

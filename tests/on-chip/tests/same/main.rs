@@ -2,11 +2,13 @@
 //!
 //! `cargo xtask soak same` builds the chips' programs and calls this, with
 //! * `BITTYBUZZ_TARGET`: a target of `target.rs`, and `BITTYBUZZ_PROGRAM`: its linked program;
-//! * `BITTYBUZZ_SEEDS=0..500`: the generated programs of these seeds, in place of the conformance scripts.
+//! * `BITTYBUZZ_SEEDS=0..500`: the generated programs of these seeds, in place of the conformance scripts; the blocks of pairs for the
+//!   sweep over floats.
 
 mod elf;
 mod emulator;
 mod exceptions;
+mod floats;
 mod programs;
 mod target;
 

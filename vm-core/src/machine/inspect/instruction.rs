@@ -69,6 +69,13 @@ impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
         self.arena.get(self.local_slot(number))
     }
 
+    /// Returns true if the first value is a table in which the second one, an integer, is no key.
+    pub fn is_missing(&self, table: Value<P>, key: Value<P>) -> bool {
+        table.is(Tag::TABLE)
+            && key.is(Tag::INT)
+            && self.arena.table_get(table.index(), key).is_nil()
+    }
+
     /// Returns the kind of function that a call of this value runs.
     pub fn callee(&self, value: Value<P>) -> Callee {
         let function = match value.tag() {
