@@ -2,7 +2,7 @@
 //!
 //! [`Vm::interpret`] calls it before each of its own instructions, and executes those that the quick loop
 //! leaves. There every arm has a way to the slow path, and the host, which may be any robot, is at hand.
-//! Here neither is, so that position, stack pointer, frame and budget stay in registers of the processor.
+//! Here is neither, so position, stack pointer, frame and budget stay in registers of the processor.
 //!
 //! # Rules
 //! 1. An arm changes nothing before it is sure to finish its instruction. Otherwise it leaves the loop, and the
@@ -12,8 +12,8 @@
 //! 3. Nothing here allocates, fails or calls the host.
 //!
 //! # Fetch
-//! One load brings opcode, operand and the first bytes of the trailer. The processor needs loads of four bytes
-//! at any address, so that a Cortex-M0 has no quick loop.
+//! One load brings opcode, operand and the first bytes of the trailer. It needs a processor that loads four bytes
+//! from any address, so a Cortex-M0 has no quick loop.
 
 use super::decode::table::short;
 use super::interpret::order_of;
@@ -51,14 +51,17 @@ macro_rules! others {
     };
 }
 
-/// The quick loop of a machine, see [`Vm::quick_loop`].
-pub type QuickLoop<P, C, const SLOTS: usize> = fn(&mut Vm<P, C, SLOTS>, C, usize) -> usize;
+/// The quick loop of a machine, see [`Vm::quick_loop`]. Only the machine calls it.
+pub struct QuickLoop<P: Profile, C: ByteCode, const SLOTS: usize> {
+    #[expect(dead_code, reason = "the compiler makes the code to which this refers")]
+    run: fn(&mut Vm<P, C, SLOTS>, C, usize) -> usize,
+}
 
 impl<P: Profile, C: ByteCode, const SLOTS: usize> Vm<P, C, SLOTS> {
     /// Returns the loop for the frequent instructions of the full profile. A crate that refers to it contains its
     /// code, at that crate's level of optimization.
     pub fn quick_loop() -> QuickLoop<P, C, SLOTS> {
-        Self::run_quickly
+        QuickLoop { run: Self::run_quickly }
     }
 
     /// True if the machine has the quick loop: in the full profile, which only robots with much flash have, on
