@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
-from collections.abc import Iterable
-from pathlib import Path
-from typing import Any, Protocol
 
 from ._errors import Error
 
+# A checker of types takes this name for true. Python would load the modules each time it imports the package, for 20 ms.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from pathlib import Path
+    from typing import Any, Protocol, type_check_only
+
+    @type_check_only
+    class Executor(Protocol):
+        """Calls functions elsewhere: an executor of `concurrent.futures`, or anything with its method `submit`."""
+
+        def submit(self, fn: Any, /, *args: Any) -> Any:
+            """Calls `fn` and returns a future with the method `result`."""
+
+
 # A run that could not go on is a row with an error, and no failure of a command.
 _ENDED = (0, 1)
-
-
-class Executor(Protocol):
-    """Calls functions elsewhere: an executor of `concurrent.futures`, or anything with its method `submit`."""
-
-    def submit(self, fn: Any, /, *args: Any) -> Any:
-        """Calls `fn` and returns a future with the method `result`."""
 
 
 def sweep(
@@ -39,6 +43,8 @@ def sweep(
     `.sweep` unless another is named, and are kept when `runs`, points or chunks become more. An executor is given a
     chunk at a time; its workers need this module and the folder. Without one, this computer simulates on all cores.
     """
+    from pathlib import Path
+
     scenario = Path(scenario)
     place = scenario.with_suffix(".sweep") if folder is None else Path(folder)
     place = place.absolute()
@@ -68,6 +74,8 @@ def _run_chunk(folder: str, chunk: int) -> None:
 
 
 def _bbz(*words: str, ended: tuple[int, ...] = _ENDED) -> str:
+    import subprocess
+
     # The tool runs once in a process.
     command = [sys.executable, "-m", "bittybuzz", "sweep", *words]
     done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)

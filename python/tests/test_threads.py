@@ -127,6 +127,17 @@ def test_ctrl_c_ends_a_script() -> None:
     assert run(script) == "interrupted\n"
 
 
+def test_an_import_loads_no_other_module() -> None:
+    script = """
+        import sys
+        before = set(sys.modules)
+        import bittybuzz
+        others = {name for name in set(sys.modules) - before if not name.startswith("bittybuzz")}
+        print(sorted(others))
+    """
+    assert run(script) == "['__future__']\n"
+
+
 def test_numpy_is_imported_by_the_first_array(tmp_path: pathlib.Path) -> None:
     script = f"""
         import bittybuzz, sys
