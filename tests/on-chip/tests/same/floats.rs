@@ -7,7 +7,7 @@ use bittybuzz_on_chip::{BLOCK_PAIRS, header_of_block, sweep};
 use bittybuzz_tests::{files, report};
 
 #[test]
-#[ignore = "needs the chips' programs: `cargo xtask soak same`"]
+#[ignore = "needs the chips' programs: `cargo xtask soak floats`"]
 fn a_chip_computes_floats_like_integers_and_the_host() {
     let target = Target::find(&variable("BITTYBUZZ_TARGET"));
     let program = std::fs::read(variable("BITTYBUZZ_PROGRAM"));

@@ -1,6 +1,6 @@
 //! Images do on chips what they do on the host: every conformance script, and generated programs.
 //!
-//! `cargo xtask soak same` builds the chips' programs and calls this, with
+//! `cargo xtask soak same`, or `soak floats`, builds the chips' programs and calls this, with
 //! * `BITTYBUZZ_TARGET`: a target of `target.rs`, and `BITTYBUZZ_PROGRAM`: its linked program;
 //! * `BITTYBUZZ_SEEDS=0..500`: the generated programs of these seeds, in place of the conformance scripts; the blocks of pairs for the
 //!   sweep over floats.
