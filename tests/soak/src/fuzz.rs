@@ -8,7 +8,6 @@ use crate::sources::Sources;
 use anyhow::Result;
 use bittybuzz_builds::shell::{Invocation, target};
 use fs_err as fs;
-use std::env;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -24,7 +23,7 @@ const CHUNK: &str = "-max_total_time=300";
 /// libFuzzer's weights of inputs take half of the time of targets that are as fast as these.
 const SCHEDULE: &str = "-entropic=0";
 /// The folder of the crate with the targets, and of the inputs from which they start.
-pub const FOLDER: &str = "fuzz";
+const FOLDER: &str = "fuzz";
 /// The folder of the modules that the targets call.
 const BODIES: &str = "tests/fuzz-bodies/src/";
 
@@ -143,29 +142,6 @@ pub fn run(name: &str) -> Result<Verdict> {
     Ok(Verdict::Shown(format!("{count} executions without a panic")))
 }
 
-/// The variable that overrides the debug information of the repository's profile.
-const DEBUG: &str = "CARGO_PROFILE_DEV_DEBUG";
-
-/// Format and lints of the targets; clippy gets these arguments.
-pub fn lint(deny: &[&str]) -> Result<()> {
-    Invocation::cargo(&["fmt", "--check"]).in_workspace(FOLDER).run()?;
-    // Started at the root, cargo takes the profile, the folder and the flags of the repository's lints, which have
-    // checked most crates of the targets already. Nothing is linked, so the build script need not compile libFuzzer,
-    // which takes longer than the lints.
-    let manifest = format!("{FOLDER}/Cargo.toml");
-    let mut arguments = vec!["clippy", "--manifest-path", &manifest, "--bins"];
-    arguments.extend(["--config", "Cargo.toml"]);
-    // A variable overrides a profile, but not that of an option.
-    let debug = env::var(DEBUG).map(|value| format!("profile.dev.debug = {value:?}"));
-    if let Ok(setting) = &debug {
-        arguments.extend(["--config", setting]);
-    }
-    Invocation::cargo(&[&arguments, deny].concat())
-        .env("CARGO_TARGET_DIR", &target()?.display().to_string())
-        .env("CUSTOM_LIBFUZZER_PATH", "unused/libfuzzer.a")
-        .run()
-}
-
 /// The folder of build outputs, which all targets share.
 fn target_folder() -> Result<PathBuf> {
     Ok(target()?.join("soak/fuzz/target"))
@@ -180,7 +156,7 @@ fn cargo(arguments: &[&str], target: &Path) -> Invocation {
 /// Builds a target, and returns its program. The configuration of the workspace has the options of the instrumentation.
 fn build(name: &str) -> Result<PathBuf> {
     let folder = target_folder()?;
-    cargo(&["build", "--release", "--bin", name], &folder).run()?;
+    cargo(&["build", "--release", "--features", "run", "--bin", name], &folder).run()?;
     let output = Invocation::new("rustc", &["--print", "host-tuple"]).unannounced().output(0)?;
     let host = String::from_utf8_lossy(&output.stdout).trim().to_owned();
     Ok(folder.join(host).join("release").join(name))

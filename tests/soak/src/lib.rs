@@ -29,7 +29,6 @@ mod squeezed;
 mod survivors;
 mod zooids;
 
-pub use fuzz::{FOLDER as FUZZ, lint as lint_fuzz_targets};
 pub use pages::passed_on as page_passed_on;
 
 use anyhow::{Result, bail, ensure};
