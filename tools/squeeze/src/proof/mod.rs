@@ -45,7 +45,7 @@ use decode::AsmOperation;
 use frame::{StackAccesses, frame};
 use program::{AssemblyProgram, CodeLocation, Routine};
 pub use refusal::{Difference, DifferenceKind, SqueezeRefusal};
-use run::{ARGUMENTS, Execution, InitialState, RESULTS, SAVED, Steer, mix, run};
+use run::{ARGUMENTS, Execution, Garbage, InitialState, RESULTS, SAVED, Steer, mix, run};
 use search::{Input, search};
 
 /// The most instructions of an execution after the last steered one.
@@ -238,6 +238,7 @@ impl Proof<'_> {
         let seed = routine.symbol.bytes().fold(1, |seed, byte| mix(seed ^ u64::from(byte)));
         let contract = self.contract(Some(&CodeLocation::Symbol(routine.symbol.clone())));
         let results = |place: &CodeLocation| self.contract(Some(place)).results;
+        let garbage = [1, 2].map(|number| Garbage::new(mix(seed ^ number)));
         let original = InitialState {
             program: self.original,
             entry: routine.start,
@@ -246,7 +247,7 @@ impl Proof<'_> {
             arguments: if is_interrupt { 0 } else { contract.arguments },
             is_interrupt,
             results: &results,
-            garbage: mix(seed ^ 1),
+            garbage: &garbage[0],
             unset: 0,
             limit: LIMIT,
         };
@@ -255,7 +256,7 @@ impl Proof<'_> {
             entry: other.start,
             frame: frames[1],
             shift: frames[1].saved.wrapping_sub(frames[0].saved),
-            garbage: mix(seed ^ 2),
+            garbage: &garbage[1],
             ..original
         };
         let mut stack = StackAccesses::default();

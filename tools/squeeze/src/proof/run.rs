@@ -160,6 +160,27 @@ impl Steer<'_> {
     }
 }
 
+/// Values on which no result may depend: they differ between the two texts.
+pub struct Garbage {
+    seed: u64,
+    /// The bytes of [`STACK`]. An execution takes less time than computing them.
+    stack: Vec<u8>,
+}
+
+impl Garbage {
+    /// Generates the values from a seed.
+    pub fn new(seed: u64) -> Self {
+        let mut garbage = Garbage { seed, stack: Vec::new() };
+        let numbers = 0..u64::from(STACK.end - STACK.start);
+        garbage.stack = numbers.map(|number| garbage.byte(number + 0x1000)).collect();
+        garbage
+    }
+
+    fn byte(&self, number: u64) -> u8 {
+        mix(self.seed ^ number.wrapping_mul(0x1_0001)) as u8
+    }
+}
+
 /// The initial state and the settings of an execution.
 pub struct InitialState<'a> {
     /// The text of the function.
@@ -176,8 +197,8 @@ pub struct InitialState<'a> {
     pub is_interrupt: bool,
     /// Returns the registers with results, by the callee's symbol.
     pub results: &'a dyn Fn(&CodeLocation) -> u32,
-    /// The seed of all values that differ between the two texts.
-    pub garbage: u64,
+    /// All values that differ between the two texts.
+    pub garbage: &'a Garbage,
     /// Chooses values for registers in which nothing is passed: 0 for those of `garbage`, 1 for
     /// their inverted bits, other numbers for other values.
     pub unset: u64,
@@ -271,11 +292,11 @@ pub fn run(
     reached: &mut [bool],
     follows: bool,
 ) -> Execution {
-    let garbage = |number: u64| mix(start.garbage ^ number.wrapping_mul(0x1_0001)) as u8;
+    let garbage = |number| start.garbage.byte(number);
     let mut world = World {
         tape,
         cursor: FLAGS_AT + 1,
-        stack: (0..u64::from(STACK.end - STACK.start)).map(|n| garbage(n + 0x1000)).collect(),
+        stack: start.garbage.stack.clone(),
         events: Vec::new(),
     };
     let mut trail = Trail::new(start.arguments);
