@@ -2,7 +2,7 @@
 //
 // Modules become data of an import map, since a page from a file may load no others; the rest stands in elements of the page.
 
-const IMPORT = /from "\.\/([\w-]+\.js)"/g;
+const IMPORT = /from ?"\.\/([\w-]+\.js)"/g;
 
 // Names by which modules of the file import each other.
 const NAME = "playground/";

@@ -2,6 +2,7 @@
 //!
 //! A zip next to the folder has the same as a single page, which a browser opens without a server.
 
+use crate::vendor;
 use anyhow::{Result, ensure};
 use bittybuzz_builds::setup;
 use bittybuzz_builds::shell::{Invocation, root, target};
@@ -74,6 +75,7 @@ pub fn build() -> Result<PathBuf> {
             fs::copy(&path, site.join(path.file_name().unwrap_or_default()))?;
         }
     }
+    vendor::minify(&site)?;
     fs::copy(module, site.join("playground.wasm"))?;
     fs::write(site.join("examples.json"), examples(root())?.to_string())?;
     fs::write(site.with_file_name(ZIP), zipped(&site)?)?;

@@ -1,5 +1,6 @@
-//! Bundles the packages of the page's editor into one file. The file is committed, so that a build
-//! of `bbz` needs no npm.
+//! The packages of the page's editor, and the tool that makes scripts small.
+//!
+//! The packages are bundled into one file. The file is committed, so that a build of `bbz` needs no npm.
 
 use anyhow::{Result, ensure};
 use bittybuzz_builds::setup;
@@ -28,11 +29,21 @@ pub fn check() -> Result<()> {
 }
 
 fn build(bundle: &Path) -> Result<()> {
+    run_with_packages("build.js", bundle)
+}
+
+/// Writes the scripts and styles of a folder again, without comments and with short names.
+pub fn minify(folder: &Path) -> Result<()> {
+    run_with_packages("minify.js", folder)
+}
+
+/// Installs the packages and runs a program that uses them, with a path as its argument.
+fn run_with_packages(program: &str, path: &Path) -> Result<()> {
     setup::node()?;
     // npm installs the packages of the lock file and checks their hashes. No package may run a
     // program of its own.
     Invocation::new("npm", &["ci", "--ignore-scripts", "--no-audit", "--no-fund"])
         .in_workspace(EDITOR)
         .run()?;
-    Invocation::new("node", &["build.js", &bundle.display().to_string()]).in_workspace(EDITOR).run()
+    Invocation::new("node", &[program, &path.display().to_string()]).in_workspace(EDITOR).run()
 }
