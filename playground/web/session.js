@@ -4,9 +4,10 @@
 // compressed and in the letters of addresses.
 
 import { element, option, part } from "./element.js";
-import { exportPage, inlined } from "./export.js";
+import { exportPage, inlined, MODULE } from "./export.js";
 import { LinkTooLong, pack, unpack } from "./link.js";
 import { texts } from "./texts.js";
+import { XzReadableStream } from "./unpack.js";
 import { UnsavedTexts } from "./unsaved.js";
 
 const FIRST = "examples/swarm/gradient.toml";
@@ -95,7 +96,7 @@ export function connect({ onEvent, onSample, onEnd }) {
         early = null;
     };
     const begin = async () => {
-        const [program, module, list] = await Promise.all(["worker.js", "playground.wasm", "examples.json"].map(file));
+        const [program, module, list] = await Promise.all(["worker.js", MODULE, "examples.json"].map(file));
         const { scenarios, files, version } = JSON.parse(new TextDecoder().decode(list));
         examples = files;
         select.append(...scenarios.map((/** @type {{ path: string, title: string }} */ { path, title }) => option(title, path)));
@@ -145,5 +146,8 @@ export function connect({ onEvent, onSample, onEnd }) {
 /** @param {string} name */
 async function file(name) {
     const answer = inlined(name) ?? (await fetch(new URL(name, import.meta.url)));
+    if (name === MODULE && answer.ok && answer.body) {
+        return new Response(new XzReadableStream(answer.body)).arrayBuffer();
+    }
     return answer.arrayBuffer();
 }

@@ -1,0 +1,2 @@
+// The package that unpacks the playground's module.
+export { XzReadableStream } from "xz-decompress";
