@@ -138,6 +138,21 @@ def test_an_example_plays_and_returns_to_its_start(page):
     expect(page.locator("#clock")).to_have_text("0.0 s of 120.0 s")
 
 
+@pytest.mark.parametrize("width", [1600, 1280, 900, 390])
+def test_the_end_of_a_run_is_reported_beside_the_buttons(page, width):
+    page.set_viewport_size({"width": width, "height": 800})
+    choose(page, "examples/lessons/corners.toml")
+    page.locator("#rate").select_option("100")
+    page.locator("#play").click()
+    expect(page.locator("#status")).to_have_text("The run is over.")
+    painted(page)
+    notice = page.locator("#notice-box").bounding_box()
+    for button in page.locator("header button:visible, #view-acts button:visible, nav button:visible").all():
+        box = button.bounding_box()
+        beside = any(one[at] + one[size] <= other[at] for at, size in [("x", "width"), ("y", "height")] for one, other in [(notice, box), (box, notice)])
+        assert beside or button.get_attribute("id") == "close-notice", f"{button.inner_text()}: {box}, {notice}"
+
+
 def test_a_click_while_the_module_is_loaded_is_carried_out(page):
     held = []
     page.route("**/playground.wasm.xz", lambda route: held.append(route))

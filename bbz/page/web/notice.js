@@ -82,10 +82,15 @@ export class Notice {
         return [Math.max(left, Math.min(slot, right - this.box.getBoundingClientRect().width - 2 * EDGE)) + EDGE, top + EDGE];
     }
 
+    // Beside the buttons there, or above them.
     belowWorld() {
-        const { right, top, bottom } = part("below").getBoundingClientRect();
+        const world = part("below").getBoundingClientRect();
+        const { left, top, bottom } = part("view-acts").getBoundingClientRect();
         const { width, height } = this.box.getBoundingClientRect();
-        return [right - width - EDGE, (top + bottom - height) / 2];
+        if (left - width - EDGE >= world.left) {
+            return [left - width - EDGE, (top + bottom - height) / 2];
+        }
+        return [world.right - width - EDGE, world.top - height - EDGE];
     }
 
     // Next to the pointer in the world; over the world, at the height of what was pressed in a panel, if there is room.
