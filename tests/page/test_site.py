@@ -165,6 +165,19 @@ def test_a_click_while_the_module_is_loaded_is_carried_out(page):
     expect(page.locator("#play")).to_have_text("Pause")
 
 
+@pytest.mark.parametrize(
+    "damaged",
+    [lambda module: module[: len(module) // 2], lambda _: b"<html>no such file</html>", lambda _: b""],
+    ids=["half", "other", "empty"],
+)
+def test_a_damaged_module_is_reported(browser, site, damaged):
+    page = browser.new_page()
+    page.route("**/playground.wasm.xz", lambda route: route.fulfill(body=damaged(route.fetch().body())))
+    page.goto(site)
+    expect(page.locator("#status")).to_contain_text("its files cannot be loaded")
+    page.close()
+
+
 def test_the_wind_is_shown_where_it_blows(page):
     expect(page.locator("#wind")).to_be_hidden()
     choose(page, "examples/swarm/wind.toml")
