@@ -29,9 +29,10 @@ pub fn fly(path: &str, keys: &[String]) -> f32 {
 
 fn fly_scenario(path: &str, scenario: Scenario) -> f32 {
     let programs: Vec<Program> = scenario.groups.iter().map(program).collect();
+    let seed = scenario.world.seed;
     let setup = Setup::new(scenario, programs).unwrap();
     let setup = setup.emulated_by("crazyflie", Core::Unicorn.program().to_owned());
-    let mut simulation = Simulation::new(Arc::new(setup), 1, 1).unwrap();
+    let mut simulation = Simulation::new(Arc::new(setup), seed, 1).unwrap();
     let mut least_mm = f32::INFINITY;
     while !simulation.is_over() {
         simulation.tick().unwrap_or_else(|error| panic!("{path}: {error}"));
