@@ -41,6 +41,12 @@ fn largest(items: &Table, name: &str) -> Option<f64> {
     values(items, "worst", name).filter_map(Value::as_float).reduce(f64::max)
 }
 
+/// Returns the values of a figure in all flights.
+fn figures(items: &Table, name: &str) -> Vec<f64> {
+    let flights = values(items, "figures", name).filter_map(Value::as_array).flatten();
+    flights.filter_map(Value::as_float).collect()
+}
+
 fn image_text(items: &Table) -> String {
     let date = items.values().filter_map(|item| item["date"].as_str()).max().unwrap_or("never");
     let mut text = format!(
@@ -48,11 +54,7 @@ fn image_text(items: &Table) -> String {
          | Flight, error in mm rms | Seeds | Mean | Worst |\n|---|---|---|---|\n"
     );
     for name in LEGS {
-        let figures: Vec<f64> = values(items, "figures", &format!("mm rms, {name}"))
-            .filter_map(Value::as_array)
-            .flatten()
-            .filter_map(Value::as_float)
-            .collect();
+        let figures = figures(items, &format!("mm rms, {name}"));
         if !figures.is_empty() {
             let mean = figures.iter().sum::<f64>() / figures.len() as f64;
             let worst = figures.iter().copied().fold(0.0, f64::max);
@@ -78,7 +80,16 @@ fn image_text(items: &Table) -> String {
     if !items.is_empty() {
         let missed = sum(items, "pulses unanswered before the next");
         let samples = number(sum(items, "samples") as f64);
-        text += &format!("{missed} of {samples} pulses were unanswered before the next one.\n");
+        text += &format!(
+            "In that flight and 1,000 s of an armed robot on the ground, {missed} of {samples} pulses were unanswered before the next one.\n"
+        );
+    }
+    let apart = figures(items, "mm between the nearest robots");
+    if let Some(least) = apart.iter().copied().reduce(f64::min) {
+        text += &format!(
+            "The robots of the exhibition stayed {least} mm or more apart in the {} of its seeds that were flown.\n",
+            apart.len()
+        );
     }
     if !items.keys().any(|name| name.starts_with("disturbances ")) {
         return text + "No flight under a disturbance is recorded yet.\n\n";
