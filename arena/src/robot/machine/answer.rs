@@ -4,16 +4,17 @@ use std::mem;
 
 use bittybuzz_compiler::refusal;
 use bittybuzz_vm_core::number::Profile;
-use bittybuzz_vm_core::{ByteCode, Image, Outcome, Vm};
+use bittybuzz_vm_core::{ByteCode, Outcome, Vm};
 
 use crate::engine::Io;
+use crate::robot::checks::TextMeter;
 use crate::robot::context::KeptImage;
 use crate::robot::platform::Platform;
 use crate::robot::question::{Answer, Question};
 use crate::robot::queue::{InQueue, OutQueue};
 use crate::robot::state::{RobotContext, ScriptStage};
 
-use super::Scripted;
+use super::{Scripted, load_program};
 
 impl<P: Profile, C, I, O, const SLOTS: usize> Scripted<P, C, I, O, SLOTS>
 where
@@ -47,10 +48,7 @@ where
     ) -> Answer {
         let Question { context, .. } = question;
         let mut extended: Box<Vm<P, C, SLOTS>> = Box::new(Vm::new());
-        extended.set_network_capacity(context.sizes);
-        let has_function = |hash| context.function(hash).is_some();
-        let image = Image::new(context.image.into());
-        if let Err(cause) = extended.load_limited(image, context.slots, has_function) {
+        if let Err(cause) = load_program(&mut extended, context) {
             return Answer::Refused(format!(
                 "the program with the question {}",
                 refusal::sentence(&cause)
@@ -62,7 +60,7 @@ where
         let budget = context.budget;
         let Scripted { vm, inbox, outbox, has_mail, has_unsent } = self;
         let mut platform = Platform { io, state, inbox, outbox, has_mail, has_unsent };
-        let outcome = vm.call_added(&extended, &mut platform, budget);
+        let outcome = vm.call_added(&extended, &mut TextMeter::new(&mut platform), budget);
         let Platform { io, state, .. } = platform;
         let mut lines = state.asked.take().unwrap_or_default();
         let answer = match outcome {
