@@ -325,7 +325,7 @@ impl CallbackChecker<'_> {
 /// Returns true if the name of the first parameter suggests a value. The parameter must be the only
 /// one, or the name of the next one must suggest a key.
 fn is_misnamed(next: Option<&str>, name: &str) -> bool {
-    let is_in = |names: &[&str], name: &str| names.contains(&name.to_lowercase().as_str());
+    let is_in = |names: &[&str], name: &str| names.contains(&name.to_ascii_lowercase().as_str());
     is_in(&VALUE_NAMES, name) && next.is_none_or(|next| is_in(&KEY_NAMES, next))
 }
 

@@ -33,7 +33,7 @@ pub fn meant_entry(program: &ResolvedScript, name: &FreeName) -> Option<&'static
     if !is_known || name.definitions.is_empty() || ENTRIES.contains(&name.text.as_str()) {
         return None;
     }
-    let lower = name.text.to_lowercase();
+    let lower = name.text.to_ascii_lowercase();
     ENTRIES.into_iter().find(|entry| {
         let is_alike = match *entry {
             _ if lower == *entry => true,

@@ -12,14 +12,14 @@ use crate::token::{FixedToken, KEYWORDS};
 /// Returns the candidate that is most similar to `name`, if one is similar enough.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = (name.chars().count() / 3).max(1);
-    let lower = name.to_lowercase();
+    let lower = name.to_ascii_lowercase();
     candidates
         .into_iter()
         .filter(|candidate| *candidate != name)
         // This test is cheap and rules out most candidates.
         .filter(|candidate| candidate.len().abs_diff(name.len()) <= 4 * limit)
         .map(|candidate| {
-            let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
+            let distance = strsim::damerau_levenshtein(&lower, &candidate.to_ascii_lowercase());
             (distance, candidate)
         })
         // Without this limit, a name of one letter would be similar to every other.
@@ -250,7 +250,7 @@ pub fn library_path(library: Library) -> &'static str {
 
 /// Returns the Buzz value of a constant of other languages.
 fn constant(name: &str) -> Option<&'static str> {
-    match name.to_lowercase().as_str() {
+    match name.to_ascii_lowercase().as_str() {
         "true" => Some("1"),
         "false" => Some("0"),
         "null" | "none" | "nil" | "undefined" | "nullptr" => Some("nil"),

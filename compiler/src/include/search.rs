@@ -107,7 +107,7 @@ impl NotFound {
 
 /// Returns the candidate that is most similar to `name`, if one is similar enough.
 fn most_similar(name: &str, candidates: impl Iterator<Item = String>) -> Option<String> {
-    let stem = |file: &str| file.trim_end_matches(".bzz").to_lowercase();
+    let stem = |file: &str| file.trim_end_matches(".bzz").to_ascii_lowercase();
     let wanted = stem(name);
     let scored = candidates.filter(|file| file.ends_with(".bzz")).map(|file| {
         let likeness = strsim::normalized_damerau_levenshtein(&wanted, &stem(&file));

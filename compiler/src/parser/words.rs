@@ -46,7 +46,7 @@ fn instead_of(word: &str) -> Option<&'static str> {
 /// Returns the keyword that `word` most likely stands for.
 fn misspelt_keyword(word: &str) -> Option<&'static str> {
     let words = KEYWORDS.into_iter().map(FixedToken::text).chain(["include"]);
-    let lower = word.to_lowercase();
+    let lower = word.to_ascii_lowercase();
     words
         .map(|keyword| (strsim::osa_distance(&lower, keyword), keyword))
         .min()
