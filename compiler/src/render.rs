@@ -5,7 +5,8 @@ use std::ops::Range;
 use annotate_snippets::{
     Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer as Style, Snippet,
 };
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::Value;
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, SourceFile, SourceMap, Span};
@@ -40,6 +41,50 @@ const NEAR: usize = 10;
 /// time therefore grows with the sum of the sizes of files and diagnostics, not with their product.
 pub struct Renderer<'a> {
     sources: &'a SourceMap,
+}
+
+/// A diagnostic with lines and columns, as other programs read it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct DescribedDiagnostic {
+    /// `error` or `warning`
+    pub severity: &'static str,
+    /// The code, such as `E0201`.
+    pub code: &'static str,
+    pub message: String,
+    pub label: String,
+    pub help: Option<String>,
+    #[serde(flatten)]
+    pub place: DescribedSpan,
+    pub related: Vec<DescribedPlace>,
+    pub edits: Vec<DescribedEdit>,
+}
+
+/// A part of a file. Lines and columns count from 1.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct DescribedSpan {
+    pub file: String,
+    pub line: usize,
+    pub column: usize,
+    pub end_line: usize,
+    pub end_column: usize,
+}
+
+/// A place with a remark.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct DescribedPlace {
+    #[serde(flatten)]
+    pub place: DescribedSpan,
+    pub label: String,
+}
+
+/// A text that replaces the one at a place.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct DescribedEdit {
+    #[serde(flatten)]
+    pub place: DescribedSpan,
+    pub text: String,
+    /// True if the change is certainly right.
+    pub certain: bool,
 }
 
 /// The choice of colors by ANSI escape sequences in text output.
@@ -82,42 +127,45 @@ impl<'a> Renderer<'a> {
 
     /// Returns a diagnostic as a JSON object.
     pub fn json(&self, diagnostic: &Diagnostic) -> Value {
-        let related = diagnostic.related.iter().map(|(span, text)| {
-            let mut object = self.place_json(*span);
-            object["label"] = json!(text);
-            object
-        });
-        let related: Vec<Value> = related.collect();
-        let mut object = self.place_json(diagnostic.span);
-        object["code"] = json!(diagnostic.code.text());
-        object["severity"] = json!(match diagnostic.severity() {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-        });
-        object["message"] = json!(diagnostic.message);
-        object["label"] = json!(diagnostic.label);
-        object["help"] = json!(diagnostic.help);
-        object["related"] = json!(related);
-        let edits = diagnostic.edits.iter().map(|edit| {
-            let mut object = self.place_json(edit.span);
-            object["text"] = json!(edit.text);
-            object["certain"] = json!(edit.is_certain);
-            object
-        });
-        object["edits"] = json!(edits.collect::<Vec<Value>>());
-        object
+        serde_json::to_value(self.described(diagnostic)).expect("each key is a text")
     }
 
-    fn place_json(&self, span: Span) -> Value {
+    /// Returns a diagnostic with lines and columns.
+    pub fn described(&self, diagnostic: &Diagnostic) -> DescribedDiagnostic {
+        let related = diagnostic.related.iter().map(|(span, label)| DescribedPlace {
+            place: self.described_span(*span),
+            label: label.clone(),
+        });
+        let edits = diagnostic.edits.iter().map(|edit| DescribedEdit {
+            place: self.described_span(edit.span),
+            text: edit.text.clone(),
+            certain: edit.is_certain,
+        });
+        DescribedDiagnostic {
+            severity: match diagnostic.severity() {
+                Severity::Error => "error",
+                Severity::Warning => "warning",
+            },
+            code: diagnostic.code.text(),
+            message: diagnostic.message.clone(),
+            label: diagnostic.label.clone(),
+            help: diagnostic.help.clone(),
+            place: self.described_span(diagnostic.span),
+            related: related.collect(),
+            edits: edits.collect(),
+        }
+    }
+
+    fn described_span(&self, span: Span) -> DescribedSpan {
         let start = self.sources.position(span.file, span.start);
         let end = self.sources.position(span.file, span.end);
-        json!({
-            "file": self.sources.path(span.file).display().to_string(),
-            "line": start.line,
-            "column": start.column,
-            "end_line": end.line,
-            "end_column": end.column,
-        })
+        DescribedSpan {
+            file: self.sources.path(span.file).display().to_string(),
+            line: start.line as usize,
+            column: start.column as usize,
+            end_line: end.line as usize,
+            end_column: end.column as usize,
+        }
     }
 
     /// Returns the line, counted from 0, that contains the byte at `offset`.

@@ -1,17 +1,16 @@
 //! Messages about scripts and scenarios, in the format of `bbz check --json`.
 
 use bittybuzz_arena::scenario::ScenarioError;
-use bittybuzz_compiler::diagnostic::Diagnostic;
-use bittybuzz_compiler::render::Renderer;
+use bittybuzz_compiler::diagnostic::{Diagnostic, Severity};
+use bittybuzz_compiler::render::{DescribedEdit, DescribedPlace, DescribedSpan, Renderer};
 use bittybuzz_toml_reader::Place;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::scenario_comments::ScenarioWarning;
 
 /// A message of the compiler, or about a scenario.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-#[serde(deny_unknown_fields)]
 pub struct CompilerMessage {
     pub severity: MessageSeverity,
     /// The code, such as `E0201`. Messages about a scenario have none.
@@ -45,7 +44,7 @@ pub struct CompilerMessage {
 }
 
 /// The severity of a message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
 #[serde(rename_all = "snake_case")]
 pub enum MessageSeverity {
@@ -54,9 +53,8 @@ pub enum MessageSeverity {
 }
 
 /// A place with a remark.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-#[serde(deny_unknown_fields)]
 pub struct RelatedPlace {
     pub file: String,
     pub line: usize,
@@ -67,9 +65,8 @@ pub struct RelatedPlace {
 }
 
 /// A text that replaces the one at a place.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(ts_rs::TS))]
-#[serde(deny_unknown_fields)]
 pub struct SuggestedEdit {
     pub file: String,
     pub line: usize,
@@ -102,8 +99,32 @@ impl CompilerMessage {
 
     /// Returns a message of the compiler.
     pub fn of_diagnostic(renderer: &Renderer<'_>, diagnostic: &Diagnostic) -> Self {
-        let object = renderer.json(diagnostic);
-        serde_json::from_value(object).expect("the renderer writes each of these keys")
+        let described = renderer.described(diagnostic);
+        let related = described.related.into_iter().map(|DescribedPlace { place, label }| {
+            let DescribedSpan { file, line, column, end_line, end_column } = place;
+            RelatedPlace { file, line, column, end_line, end_column, label }
+        });
+        let edits = described.edits.into_iter().map(|DescribedEdit { place, text, certain }| {
+            let DescribedSpan { file, line, column, end_line, end_column } = place;
+            SuggestedEdit { file, line, column, end_line, end_column, text, certain }
+        });
+        CompilerMessage {
+            severity: match diagnostic.severity() {
+                Severity::Error => MessageSeverity::Error,
+                Severity::Warning => MessageSeverity::Warning,
+            },
+            code: Some(described.code.to_owned()),
+            message: described.message,
+            label: Some(described.label),
+            help: described.help,
+            file: Some(described.place.file),
+            line: Some(described.place.line),
+            column: Some(described.place.column),
+            end_line: Some(described.place.end_line),
+            end_column: Some(described.place.end_column),
+            related: related.collect(),
+            edits: edits.collect(),
+        }
     }
 
     /// Returns a mistake of a scenario as a message.

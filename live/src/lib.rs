@@ -114,9 +114,7 @@ pub use page_event::{DefectEvent, PageEvent};
 pub use relative::relative;
 pub use replay::Replay;
 pub use scenario_comments::{ScenarioWarning, scenario_warnings};
-pub use scenario_files::{
-    ScenarioFiles, environment_folders, program_or_report, programs, text_of,
-};
+pub use scenario_files::{ScenarioFiles, environment_folders, program_of, programs, text_of};
 pub use set_up::set_up;
 pub use shelf::{SharedFiles, Shelf};
 pub use source::Source;

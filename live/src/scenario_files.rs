@@ -17,7 +17,7 @@ use bittybuzz_compiler::compile::{Compiled, Options, compile};
 use bittybuzz_compiler::diagnostic::Severity;
 use bittybuzz_compiler::include::{DiskFiles, Files, IncludeLoader, SOURCE_BYTES_MAX};
 use bittybuzz_compiler::refusal;
-use bittybuzz_compiler::render::{ColorChoice, Renderer};
+use bittybuzz_compiler::render::Renderer;
 use bittybuzz_compiler::symbols::Symbols;
 use bittybuzz_robot_files::all_shipped;
 use bittybuzz_robot_spec::Robot;
@@ -27,9 +27,6 @@ use crate::compiler_message::CompilerMessage;
 
 /// The largest scenario, image or object file in bytes.
 const FILE_BYTES_MAX: usize = 64 << 20;
-
-/// The most messages about a script in a report. Each shows its line, which may be the whole script.
-const MESSAGES_MAX: usize = 100;
 
 /// The environment variable with folders to search for included files.
 const INCLUDE_PATH: &str = "BUZZ_INCLUDE_PATH";
@@ -102,9 +99,8 @@ impl ScenarioFiles {
     /// Returns a compiler for the scripts that commands load.
     pub fn compiler(&self) -> Compiler {
         let files = self.clone();
-        Arc::new(move |script, group| match files.text(script, group) {
-            Some(text) => program_or_report(files.compile(script, &text?, group)),
-            None => files.program(script, group).map_err(|errors| text_of(&errors)),
+        Arc::new(move |script, group| {
+            files.program(script, group).map_err(|errors| text_of(&errors))
         })
     }
 
@@ -131,6 +127,11 @@ impl ScenarioFiles {
             return program_of(self.compile(script, &text.map_err(alone)?, group));
         }
         match script.extension().and_then(OsStr::to_str) {
+            // The files of a WebAssembly module are texts; the early return keeps the importer out of it.
+            Some("bo" | "bbi") if cfg!(target_family = "wasm") => Err(alone(format!(
+                "`{}` is not a text: this page runs scripts that end in .bzz",
+                script.display()
+            ))),
             Some("bo") => {
                 let bytes = self.read(script).map_err(alone)?;
                 let debug = self.read(&script.with_extension("bdb")).ok();
@@ -219,17 +220,6 @@ pub fn program_of(compiled: Compiled) -> Result<Program, Vec<CompilerMessage>> {
     Err(errors.map(|one| CompilerMessage::of_diagnostic(&renderer, one)).collect())
 }
 
-/// Returns the program of a script without mistakes, or else a report of them with the lines of the
-/// script.
-pub fn program_or_report(compiled: Compiled) -> Result<Program, String> {
-    if let Some(image) = compiled.image {
-        return Ok(Program::new(image, compiled.symbols, Arc::new(compiled.sources)));
-    }
-    let renderer = Renderer::new(&compiled.sources);
-    let texts = compiled.diagnostics.iter().take(MESSAGES_MAX);
-    Err(texts.map(|one| renderer.text(one, ColorChoice::Never)).collect())
-}
-
 /// Calls `compile` for each program of a scenario, and once for programs that are alike: groups with
 /// one script and one robot, of which there may be thousands, share a program.
 pub fn programs<'s, P: Clone, E>(
@@ -312,8 +302,9 @@ pub fn text_of(errors: &[CompilerMessage]) -> String {
             (Some(file), Some(line), Some(column)) => format!("{file}:{line}:{column}: "),
             _ => String::new(),
         };
+        let code = error.code.as_ref().map(|code| format!("{code}: ")).unwrap_or_default();
         let help = error.help.as_ref().map(|help| format!("  help: {help}\n"));
-        format!("{place}{}\n{}", error.message, help.unwrap_or_default())
+        format!("{place}{code}{}\n{}", error.message, help.unwrap_or_default())
     });
     texts.collect()
 }

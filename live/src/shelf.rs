@@ -10,7 +10,7 @@ use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::include::{FileKind, Files, MemoryFiles, SOURCE_BYTES_MAX};
 
-use crate::scenario_files::{ScenarioFiles, program_or_report, text_of};
+use crate::scenario_files::{ScenarioFiles, program_of, text_of};
 use crate::set_up::set_up;
 use crate::workshop::Workshop;
 
@@ -109,7 +109,10 @@ impl Workshop for Shelf {
         let (files, drafts) = (self.files.clone(), self.drafts.clone());
         let saved = files.compiler();
         Arc::new(move |script, group| match drafts.text(script) {
-            Ok(draft) => program_or_report(files.compile(script, &draft, group)),
+            Ok(draft) => {
+                let program = program_of(files.compile(script, &draft, group));
+                program.map_err(|errors| text_of(&errors))
+            }
             Err(_) => saved(script, group),
         })
     }

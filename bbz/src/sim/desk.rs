@@ -12,7 +12,7 @@ use bittybuzz_arena::scenario::{Group, Scenario, ScenarioError};
 use bittybuzz_compiler::compile::Compiled;
 use bittybuzz_compiler::include::{Files, MemoryFiles, SOURCE_BYTES_MAX};
 use bittybuzz_compiler::render::{ColorChoice, Renderer};
-use bittybuzz_live::{ScenarioFiles, Workshop, environment_folders, program_or_report};
+use bittybuzz_live::{ScenarioFiles, Workshop, environment_folders, program_of, text_of};
 use bittybuzz_toml_reader::file;
 
 use crate::fence::Fence;
@@ -82,7 +82,8 @@ impl Desk {
         let is_script = script.extension().is_some_and(|end| end == "bzz");
         if text.is_some() || is_script {
             let text = text.map_or_else(|| self.read(script), Ok)?;
-            return program_or_report(self.compile(script, &text, group));
+            let program = program_of(self.compile(script, &text, group));
+            return program.map_err(|errors| text_of(&errors));
         }
         let mut errors = String::new();
         self.fence.check(script).map_err(|error| unreadable(script, &error))?;
