@@ -7,32 +7,38 @@
 
 use std::collections::VecDeque;
 
-use crate::page_event::{LogEvent, LogsEvent, PageEvent};
+use crate::page_event::{FaultEvent, LogEvent, LogsEvent, PageEvent};
 
 /// The greatest number of log lines and faults that wait.
 const REPORTS_MAX: usize = 500;
 
-/// Something that waits for the client.
+/// A line that a robot logged, or its fault. There may be any number.
 #[derive(Debug, Clone)]
-pub enum Waiting {
-    /// A line that a robot logged. Successive lines become one event.
+pub enum Report {
     Line(LogEvent),
+    Fault(FaultEvent),
+}
+
+impl Report {
+    /// Returns the tick of the line or fault.
+    pub fn tick(&self) -> u64 {
+        match self {
+            Report::Line(line) => line.tick,
+            Report::Fault(fault) => fault.tick,
+        }
+    }
+}
+
+/// Something that waits for the client.
+#[derive(Debug)]
+enum Waiting {
+    Report(Report),
     Event(PageEvent),
 }
 
 impl Waiting {
-    /// Returns the tick of a report of a robot; 0 for another event.
-    pub fn tick(&self) -> u64 {
-        match self {
-            Waiting::Line(line) => line.tick,
-            Waiting::Event(PageEvent::Fault(fault)) => fault.tick,
-            Waiting::Event(_) => 0,
-        }
-    }
-
-    /// Returns true for a report of a robot, of which there may be any number.
     fn is_report(&self) -> bool {
-        matches!(self, Waiting::Line(_) | Waiting::Event(PageEvent::Fault(_)))
+        matches!(self, Waiting::Report(_))
     }
 
     /// Returns true if the client needs only the later one of two successive events.
@@ -68,8 +74,12 @@ impl Backlog {
         events.into_iter().for_each(|event| self.push(event));
     }
 
-    /// Adds a log line or an event.
-    pub fn add(&mut self, next: Waiting) {
+    /// Adds a log line or a fault.
+    pub fn report(&mut self, report: Report) {
+        self.add(Waiting::Report(report));
+    }
+
+    fn add(&mut self, next: Waiting) {
         if next.is_report() {
             self.reports += 1;
             if self.reports > REPORTS_MAX {
@@ -86,7 +96,7 @@ impl Backlog {
         }
     }
 
-    /// Removes and returns the events. Successive lines are in one event.
+    /// Removes and returns the events. Successive lines become one event.
     pub fn take(&mut self) -> Vec<PageEvent> {
         let Backlog { waiting, lost, .. } = std::mem::take(self);
         let mut events = Vec::new();
@@ -95,10 +105,13 @@ impl Backlog {
         }
         for next in waiting {
             match (next, events.last_mut()) {
-                (Waiting::Line(line), Some(PageEvent::Logs(logs))) => logs.lines.push(line),
-                (Waiting::Line(line), _) => {
+                (Waiting::Report(Report::Line(line)), Some(PageEvent::Logs(logs))) => {
+                    logs.lines.push(line);
+                }
+                (Waiting::Report(Report::Line(line)), _) => {
                     events.push(PageEvent::Logs(LogsEvent { lost: 0, lines: vec![line] }));
                 }
+                (Waiting::Report(Report::Fault(fault)), _) => events.push(PageEvent::Fault(fault)),
                 (Waiting::Event(event), _) => events.push(event),
             }
         }
@@ -117,8 +130,8 @@ mod tests {
     use super::*;
     use crate::page_event::StateEvent;
 
-    fn line(tick: u64) -> Waiting {
-        Waiting::Line(LogEvent { tick, robot: 1, text: "x".to_owned(), answer: None })
+    fn line(tick: u64) -> Report {
+        Report::Line(LogEvent { tick, robot: 1, text: "x".to_owned(), answer: None })
     }
 
     fn state(tick: u64) -> PageEvent {
@@ -129,9 +142,9 @@ mod tests {
     fn the_newest_lines_remain_and_the_others_are_counted() {
         let mut backlog = Backlog::default();
         backlog.push(PageEvent::Began);
-        (0..1_700).for_each(|tick| backlog.add(line(tick)));
+        (0..1_700).for_each(|tick| backlog.report(line(tick)));
         backlog.push(PageEvent::Began);
-        (1_700..2_000).for_each(|tick| backlog.add(line(tick)));
+        (1_700..2_000).for_each(|tick| backlog.report(line(tick)));
         let events = backlog.take();
         let [lost, began, lines, again, last] = &events[..] else { panic!("{events:?}") };
         let logs = |event: &PageEvent| match event {

@@ -4,9 +4,9 @@ use bittybuzz_arena::engine::LossCause;
 use bittybuzz_arena::robot::{Interest, LineKind, LogLine};
 use bittybuzz_arena::run::{EventKind, ObservedEvent, Observer, Setup, Verdict};
 
-use crate::backlog::{Backlog, Waiting};
+use crate::backlog::{Backlog, Report};
 use crate::faults;
-use crate::page_event::{AnswerKind, FaultEvent, LogEvent, PageEvent, VerdictName};
+use crate::page_event::{AnswerKind, FaultEvent, LogEvent, VerdictName};
 use crate::reports::Reports;
 use crate::watch::{MessageFate, Watch};
 use crate::workshop::Drafts;
@@ -29,12 +29,12 @@ pub struct EventCollector<'a> {
 
 impl EventCollector<'_> {
     /// Adds a line or a fault. One tick may have any number: each list has a limit of its own.
-    fn add(&mut self, report: Waiting) {
+    fn add(&mut self, report: Report) {
         if let Some(reports) = &mut self.reports {
             reports.add(report.clone());
         }
         if let Some(events) = &mut self.events {
-            events.add(report);
+            events.report(report);
         }
     }
 }
@@ -49,12 +49,12 @@ impl Observer for EventCollector<'_> {
         match kind {
             EventKind::Log(line) => {
                 let line = line_event(self.setup, self.faults.last(), (tick, robot), line);
-                self.add(Waiting::Line(line));
+                self.add(Report::Line(line));
             }
             EventKind::Fault(found) => {
                 let fault = faults::describe(self.setup, self.drafts, robot, found);
                 self.faults.push(fault.clone());
-                self.add(Waiting::Event(PageEvent::Fault(fault)));
+                self.add(Report::Fault(fault));
             }
             EventKind::Received { receiver, .. } => {
                 self.watch.record(MessageFate::Received, robot, receiver)

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use crate::backlog::{Backlog, Waiting};
+use crate::backlog::{Backlog, Report};
 use crate::page_event::{LogsEvent, PageEvent};
 
 /// The greatest number of lines and faults that are kept: about 5 MB.
@@ -18,7 +18,7 @@ const SHOWN_MAX: usize = 500;
 #[derive(Debug, Default)]
 pub struct Reports {
     /// Lines and faults in the order of their ticks, at most [`KEPT_MAX`].
-    kept: VecDeque<Waiting>,
+    kept: VecDeque<Report>,
     /// The number of older ones that were dropped.
     lost: u64,
     /// The tick before which all are known. Later ticks have to be observed.
@@ -34,7 +34,7 @@ impl Reports {
     }
 
     /// Adds one of a tick that was not observed before.
-    pub fn add(&mut self, report: Waiting) {
+    pub fn add(&mut self, report: Report) {
         if self.kept.len() == KEPT_MAX {
             self.kept.pop_front();
             self.lost += 1;
@@ -79,7 +79,7 @@ impl Reports {
     }
 
     fn send_between(&self, from: u64, to: u64, events: &mut Backlog) {
-        let place = |tick| self.kept.partition_point(|one: &Waiting| one.tick() < tick);
+        let place = |tick| self.kept.partition_point(|one: &Report| one.tick() < tick);
         let (start, end) = (place(from), place(to));
         let first = start.max(end.saturating_sub(SHOWN_MAX));
         // Those that were dropped may be of this time, too.
@@ -87,6 +87,6 @@ impl Reports {
         if lost > 0 {
             events.push(PageEvent::Logs(LogsEvent { lost, lines: Vec::new() }));
         }
-        self.kept.range(first..end).for_each(|one| events.add(one.clone()));
+        self.kept.range(first..end).for_each(|one| events.report(one.clone()));
     }
 }

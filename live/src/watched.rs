@@ -10,7 +10,7 @@ use bittybuzz_arena::output::recording::{
 };
 use bittybuzz_fault::FaultDescription;
 
-use crate::backlog::{Backlog, Waiting};
+use crate::backlog::{Backlog, Report};
 use crate::page_event::{
     BeginEvent, FaultConsequence, FaultEvent, GlyphName, GroupDescription, LogEvent, PageEvent,
     StateEvent,
@@ -61,7 +61,7 @@ pub struct Watched {
     kind: [String; 2],
     robots: Vec<(u16, RobotStatus)>,
     /// The last events of the robots, for a client that connects later.
-    kept: VecDeque<Waiting>,
+    kept: VecDeque<Report>,
     events: Backlog,
     samples: Samples,
     tick: u64,
@@ -109,14 +109,14 @@ impl Watched {
                 };
                 let (tick, robot) = (now, number);
                 let fault = FaultEvent { tick, robot, consequence, description };
-                Waiting::Event(PageEvent::Fault(fault))
+                Report::Fault(fault)
             }
         };
         if self.kept.len() == KEPT_EVENTS_MAX {
             self.kept.pop_front();
         }
         self.kept.push_back(event.clone());
-        self.events.add(event);
+        self.events.report(event);
     }
 
     /// Returns the number of the robot with an id. A robot without a previous report is added,
@@ -151,8 +151,8 @@ impl Watched {
     }
 }
 
-fn line(tick: u64, robot: usize, text: String) -> Waiting {
-    Waiting::Line(LogEvent { tick, robot, text, answer: None })
+fn line(tick: u64, robot: usize, text: String) -> Report {
+    Report::Line(LogEvent { tick, robot, text, answer: None })
 }
 
 impl Source for Watched {
@@ -183,7 +183,7 @@ impl Source for Watched {
         };
         self.events = Backlog::default();
         self.events.push(PageEvent::Begin(Box::new(begin)));
-        self.kept.iter().for_each(|kept| self.events.add(kept.clone()));
+        self.kept.iter().for_each(|kept| self.events.report(kept.clone()));
         self.add_state();
     }
 
