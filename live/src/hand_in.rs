@@ -132,7 +132,7 @@ impl HandIn {
         let letters = |text: &str| -> String {
             let known = |c: char| if c.is_alphanumeric() { c } else { '-' };
             let text: String = text.trim().chars().take(NAME_CHARACTERS_MAX).map(known).collect();
-            text.trim_matches('-').to_lowercase()
+            text.trim_matches('-').to_ascii_lowercase()
         };
         let name = [letters(&self.assignment), letters(&self.by)].join("-");
         match name.trim_matches('-') {

@@ -1,5 +1,6 @@
 //! The ELF file of a firmware.
 
+use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -34,16 +35,24 @@ pub struct FirmwareImage {
 impl FirmwareImage {
     /// Reads the file at `path`.
     pub fn open(path: &Path) -> Result<Self, FirmwareImageError> {
-        let bytes = std::fs::read(path)
-            .map_err(|source| FirmwareImageError::Unreadable { path: path.into(), source })?;
-        Self::parse(&bytes)
+        Self::read(path, Self::parse)
     }
 
     /// Reads the ELF or Intel hex file of an AVR at `path`.
     pub fn open_avr(path: &Path, flash_size: usize) -> Result<Self, FirmwareImageError> {
-        let bytes = std::fs::read(path)
-            .map_err(|source| FirmwareImageError::Unreadable { path: path.into(), source })?;
-        Self::parse_avr(&bytes, flash_size)
+        Self::read(path, |bytes| Self::parse_avr(bytes, flash_size))
+    }
+
+    fn read(
+        path: &Path,
+        parse: impl FnOnce(&[u8]) -> Result<Self, FirmwareImageError>,
+    ) -> Result<Self, FirmwareImageError> {
+        let unreadable = |source| FirmwareImageError::Unreadable { path: path.into(), source };
+        // WebAssembly has no files; the early return keeps the parsers out of the downloaded module.
+        if cfg!(target_family = "wasm") {
+            return Err(unreadable(io::ErrorKind::Unsupported.into()));
+        }
+        parse(&std::fs::read(path).map_err(unreadable)?)
     }
 
     /// Parses the content of an AVR's file: ELF, or Intel hex, which has no symbols.

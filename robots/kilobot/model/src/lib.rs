@@ -105,6 +105,7 @@ impl RobotModel for KilobotModel {
     }
 
     fn emulation(&self) -> Option<Arc<dyn Emulation>> {
-        Some(Arc::new(*self))
+        // A downloaded module starts no emulator, and should be small.
+        if cfg!(target_family = "wasm") { None } else { Some(Arc::new(*self)) }
     }
 }

@@ -81,6 +81,7 @@ impl RobotModel for ZooidModel {
     }
 
     fn emulation(&self) -> Option<Arc<dyn Emulation>> {
-        Some(Arc::new(*self))
+        // A downloaded module starts no emulator, and should be small.
+        if cfg!(target_family = "wasm") { None } else { Some(Arc::new(*self)) }
     }
 }
