@@ -9,7 +9,7 @@ pub const MISTAKES_MAX: usize = 100;
 const LISTED: usize = 24;
 
 /// A reason why a format refuses a file. `Display` writes one sentence.
-pub trait Cause: fmt::Display + PartialEq + From<TomlError> {
+pub trait Cause: fmt::Display + From<TomlError> {
     /// Returns the correction, if the sentence does not contain it.
     fn help(&self) -> Option<String>;
 }

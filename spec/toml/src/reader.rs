@@ -102,16 +102,21 @@ impl<C: Cause> Reader<'_, C> {
     }
 
     pub(crate) fn note(&self, cause: impl Into<C>, place: impl FnOnce() -> Option<Place>) {
-        let mut mistakes = self.mistakes.borrow_mut();
-        if mistakes.kept.len() >= MISTAKES_MAX {
-            mistakes.more += 1;
-            return;
+        if self.is_full() {
+            self.mistakes.borrow_mut().more += 1;
+        } else {
+            self.keep(FileError { cause: cause.into(), place: place().map(Box::new) });
         }
-        let place = place().map(Box::new);
-        let mistake = FileError { cause: cause.into(), place };
+    }
+
+    fn keep(&self, mistake: FileError<C>) {
+        let kept = &mut self.mistakes.borrow_mut().kept;
         // A value may be read twice, but its mistake is reported once.
-        if !mistakes.kept.contains(&mistake) {
-            mistakes.kept.push(mistake);
+        let is_known = |known: &FileError<C>| {
+            known.place == mistake.place && known.cause.to_string() == mistake.cause.to_string()
+        };
+        if !kept.iter().any(is_known) {
+            kept.push(mistake);
         }
     }
 }
