@@ -15,6 +15,8 @@ use std::path::{Path, PathBuf};
 
 const MODULE: &str = "bittybuzz-playground";
 const PLAYGROUND: &str = "playground";
+/// The program that makes the module compress better.
+const TIGHTEN: &str = "bittybuzz-tighten";
 const TARGET: &str = "wasm32-unknown-unknown";
 
 /// Flags to build the standard library with the module.
@@ -85,9 +87,11 @@ pub fn build() -> Result<PathBuf> {
 }
 
 /// Packs the module for the page, which unpacks it (bbz/page/editor/unpack.ts). Every browser unpacks gzip by itself, but that
-/// takes a third more bytes.
+/// takes a third more bytes. Instructions of WebAssembly have no alignment, which bits of positions would be for, and more bits of
+/// the byte before save half a percent.
 fn packed(module: &[u8]) -> Result<Vec<u8>> {
     let mut options = XzOptions::with_preset(9);
+    (options.lzma_options.lc, options.lzma_options.pb) = (4, 0);
     options.set_check_sum_type(CheckType::Crc32);
     let mut writer = XzWriter::new(Vec::new(), options)?;
     writer.write_all(module)?;
@@ -106,7 +110,8 @@ fn zipped(site: &Path) -> Result<Vec<u8>> {
     Ok(zip(&files))
 }
 
-/// Builds the WebAssembly module with the flags for a small size, and returns its path.
+/// Builds the WebAssembly module with the flags for a small size, orders its functions so that it
+/// compresses better, and returns its path.
 pub fn module() -> Result<PathBuf> {
     Invocation::new("rustup", &["toolchain", "install"]).in_workspace(PLAYGROUND).run()?;
     let cargo =
@@ -115,7 +120,13 @@ pub fn module() -> Result<PathBuf> {
         .in_workspace(PLAYGROUND)
         .env("RUSTFLAGS", &SMALL.join(" "))
         .run()?;
-    Ok(target()?.join(TARGET).join(PROFILE).join("bittybuzz_playground.wasm"))
+    let folder = target()?.join(TARGET).join(PROFILE);
+    let [built, tight] =
+        ["bittybuzz_playground.wasm", "playground.wasm"].map(|name| folder.join(name));
+    let paths = [&built, &tight].map(|path| path.display().to_string());
+    let tighten = ["run", "--locked", "--quiet", "--package", TIGHTEN, "--", &paths[0], &paths[1]];
+    Invocation::new("cargo", &tighten).run()?;
+    Ok(tight)
 }
 
 /// Returns the version of the module, the scripts, robot files and scenarios among the examples by
@@ -130,10 +141,40 @@ fn examples(root: &Path) -> Result<Value> {
                 && !text.contains("backend = \"firmware\"")
         },
     );
-    let scenarios: Vec<Value> =
-        of_vm.map(|(path, _)| json!({ "path": path, "title": title(path) })).collect();
-    ensure!(!scenarios.is_empty(), "no scenarios in {EXAMPLES}");
+    let paths: Vec<&str> = of_vm.map(|(path, _)| &**path).collect();
+    ensure!(!paths.is_empty(), "no scenarios in {EXAMPLES}");
+    let files = needed(&paths, &files);
+    let named = |path: &&str| json!({ "path": path, "title": title(path) });
+    let scenarios: Vec<Value> = paths.iter().map(named).collect();
     Ok(json!({ "version": env!("CARGO_PKG_VERSION"), "scenarios": scenarios, "files": files }))
+}
+
+/// Returns the scenarios and the files that one of them names, directly or by others. The rest, among
+/// them the solutions of the lessons, would only be downloaded.
+fn needed(scenarios: &[&str], files: &Map<String, Value>) -> Map<String, Value> {
+    let mut needed: Map<String, Value> = Map::new();
+    let mut waiting: Vec<&str> = scenarios.to_vec();
+    while let Some(path) = waiting.pop() {
+        let text = &files[path];
+        if needed.insert(path.to_owned(), text.clone()).is_none() {
+            let folder = path.rsplit_once('/').map_or("", |(folder, _)| folder);
+            let text = text.as_str().expect("each file is a text");
+            let is_named =
+                |other: &&String| text.contains(&format!("\"{}\"", relative(folder, other)));
+            waiting.extend(files.keys().filter(is_named).map(String::as_str));
+        }
+    }
+    needed
+}
+
+/// Returns the path of a file as a file in `folder` names it.
+fn relative(folder: &str, path: &str) -> String {
+    let (mut from, mut to) = (folder.split('/').peekable(), path.split('/').peekable());
+    while from.peek().is_some() && from.peek() == to.peek() {
+        from.next();
+        to.next();
+    }
+    from.map(|_| "..").chain(to).collect::<Vec<_>>().join("/")
 }
 
 /// Adds all files in a folder and its subfolders to which scenarios may refer.
