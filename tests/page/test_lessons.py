@@ -67,14 +67,16 @@ class Learner:
         self.handed_in = None
 
     def text(self, name, *arguments):
-        """A text of the page by its name in the files of texts."""
+        """A text of the page by its name in the files of texts, which stand within the one script of the playground."""
+        language = self.page.evaluate("() => document.documentElement.lang")
+        source = pathlib.Path(f"bbz/page/web/texts-{language}.js").read_text()
+        texts = re.sub(r"^export const \w+", "const texts", source, flags=re.MULTILINE)
         return self.page.evaluate(
-            """async ([name, values]) => {
-                // In a page that is a single file, modules have other names (playground/web/export.js).
-                const isOneFile = document.querySelector("script[type=importmap]");
-                const text = (await import(isOneFile ? "playground/texts.js" : "./texts.js")).texts[name];
+            f"""([name, values]) => {{
+                {texts}
+                const text = texts[name];
                 return typeof text === "function" ? text(...values) : text;
-            }""",
+            }}""",
             [name, arguments],
         )
 

@@ -79,7 +79,7 @@ def digest_of(scenario):
 def test_a_class_loads_little():
     """The bytes of all files, each compressed as web servers do it."""
     files = [path.read_bytes() for path in pathlib.Path(os.environ["SITE"]).iterdir()]
-    assert sum(len(gzip.compress(content, 9)) for content in files) < 1_110_000
+    assert sum(len(gzip.compress(content, 9)) for content in files) < 950_000
 
 
 @pytest.mark.sample

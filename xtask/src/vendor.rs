@@ -32,7 +32,7 @@ fn build(bundle: &Path) -> Result<()> {
     run_with_packages("build.js", bundle)
 }
 
-/// Writes the scripts and styles of a folder again, without comments and with short names.
+/// Writes the scripts of a folder again as one, and its style, without comments and with short names.
 pub fn minify(folder: &Path) -> Result<()> {
     run_with_packages("minify.js", folder)
 }
