@@ -7,20 +7,22 @@ import { build } from "esbuild";
 import { minify } from "terser";
 
 const site = resolve(process.argv[2]);
-const settings = { outdir: site, charset: "utf8", logLevel: "warning", format: "esm", bundle: true };
+const settings = { outdir: site, minify: true, charset: "utf8", logLevel: "warning" };
+const bundle = { ...settings, format: "esm", bundle: true };
+const own = { allowOverwrite: true, legalComments: "none" };
+const paths = (/** @type {string[]} */ names) => names.map((name) => join(site, name));
 // Its license stands in a comment.
-await build({ ...settings, entryPoints: ["unpack.ts"], minify: true, legalComments: "inline" });
-// The worker imports nothing.
-const entries = ["main.js", "worker.js", "style.css"];
+await build({ ...bundle, entryPoints: ["unpack.ts"], legalComments: "inline" });
 const others = ["vendor.js", "unpack.js"];
-const external = others.map((name) => `./${name}`);
-const entryPoints = entries.map((name) => join(site, name));
-await build({ ...settings, entryPoints, minify: true, external, allowOverwrite: true, legalComments: "none" });
+await build({ ...bundle, ...own, entryPoints: paths(["main.js", "style.css"]), external: others.map((name) => `./${name}`) });
+// No module, and it imports nothing.
+await build({ ...settings, ...own, entryPoints: paths(["worker.js"]) });
 // Terser makes 3 % less of what esbuild leaves. The bundle of the editor's packages begins with their licenses.
 for (const name of ["main.js", "vendor.js"]) {
     const path = join(site, name);
     const { code } = await minify(readFileSync(path, "utf8"), { module: true, compress: { passes: 3 }, format: { comments: /Made by/ } });
     writeFileSync(path, code);
 }
-const parts = readdirSync(site).filter((name) => name.endsWith(".js") && ![...entries, ...others].includes(name));
-parts.forEach((name) => rmSync(join(site, name)));
+const kept = ["main.js", "worker.js", ...others];
+const parts = readdirSync(site).filter((name) => name.endsWith(".js") && !kept.includes(name));
+paths(parts).forEach((path) => rmSync(path));
