@@ -1,6 +1,7 @@
 """Notices: messages stand where one looks, move nothing, and go when they are mended."""
 
 import re
+import signal
 
 from playwright.sync_api import expect
 from test_editor import RED, write
@@ -31,6 +32,17 @@ def test_a_refusal_stands_next_to_the_pointer_and_moves_nothing(page):
     page.click("#close-notice")
     expect(page.locator("#status")).to_have_text("")
     expect(notice).to_be_hidden()
+
+
+def test_a_message_that_was_closed_does_not_come_back(page, session):
+    drag(page, (-30, 0), (300, 190))
+    expect(page.locator("#status")).to_contain_text("obstacle")
+    page.click("#close-notice")
+    # The page takes its own message back, and shows the one before.
+    session.send_signal(signal.SIGSTOP)
+    expect(page.locator("#status")).to_contain_text("The session has not answered for")
+    session.send_signal(signal.SIGCONT)
+    expect(page.locator("#status")).to_have_text("")
 
 
 def test_a_refusal_in_a_panel_covers_no_part_of_it(page):

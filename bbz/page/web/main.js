@@ -81,7 +81,10 @@ const watch = (request) => {
 const command = (/** @type {string} */ text) => ask({ command: { text } });
 
 fillTexts();
-const notice = new Notice();
+// What was said last is shown again whenever the session answers in time, unless it was closed.
+const notice = new Notice(() => {
+    [said, saidKind] = ["", "progress"];
+});
 const robots = new Robots();
 const view = new View(part("canvas"));
 const table = new Table(robots, choose, () => {

@@ -13,7 +13,9 @@ const EDGE = 8;
  */
 
 export class Notice {
-    constructor() {
+    /** @param {() => void} onClose */
+    constructor(onClose) {
+        this.onClose = onClose;
         this.slot = part("notice");
         this.box = part("notice-box");
         this.text = part("status");
@@ -58,6 +60,7 @@ export class Notice {
 
     close() {
         this.text.textContent = "";
+        this.onClose();
     }
 
     // A text that has no room in the header stands over the world if it is an error, else next to the scale.
