@@ -204,8 +204,8 @@ fn scripts_include_files_of_the_assignment_alone() {
     let outcome = folder.bbz(&["grade", "."]);
     assert!(!outcome.stdout.contains("root"), "{}", outcome.stdout);
     for part in [
-        "a.json: does not run\n    ./hops.bzz:1:1: there is no file",
-        "b.json: does not run\n    ./hops.bzz:1:1: there is no file",
+        "a.json: does not run\n    ./hops.bzz:1:1: E0301: there is no file",
+        "b.json: does not run\n    ./hops.bzz:1:1: E0301: there is no file",
         "c.json: does not run\n    it includes `near/hop.bzz`, which is no part of the assignment\n",
         "d.json: Ada: 6 of 6 held",
         "e.json: does not run\n    it includes `near/solution.bzz`, which is no part of the assignment\n",
