@@ -14,6 +14,7 @@ mod editor;
 mod faults;
 mod live;
 mod measures;
+mod messages;
 mod questions;
 mod recorded;
 mod series;
