@@ -1,8 +1,8 @@
 //! Modules before and after. That the module of the playground does the same is checked by running it (playground/tests).
 
-use super::tightened;
 use crate::order::neighbors;
 use crate::renumber::Functions;
+use crate::tighten::tightened;
 use wasm_encoder::{
     CodeSection, ConstExpr, CustomSection, ElementSection, Elements, EntityType, ExportKind,
     ExportSection, Function, FunctionSection, ImportSection, InstructionSink, Module, NameMap,
