@@ -2,6 +2,7 @@
 
 import difflib
 import re
+import signal
 
 import pytest
 from playwright.sync_api import expect
@@ -340,6 +341,22 @@ def test_acts_that_follow_at_once_are_all_carried_out(page):
     drag(page, (300, 200), (320, 220))
     moved = SCENARIO.replace(ROBOTS, "[[-100, 60], [100, 50]]").replace("at = [300, 200]", "at = [320, 220]")
     becomes(page, moved.replace(f"[{LAMP}]", f"[{LAMP}, {{ at = [200, -200], brightness = 1023 }}]"))
+
+
+def test_an_act_that_waits_is_for_the_thing_that_was_chosen(page, session):
+    build(page)
+    session.send_signal(signal.SIGSTOP)
+    drag(page, (-30, 0), (-100, 50))
+    keys(page, "ArrowUp")
+    page.mouse.move(*place(page, 300, 200))
+    page.mouse.down()
+    session.send_signal(signal.SIGCONT)
+    # The first change and the key are carried out while another thing is held.
+    nudged = SCENARIO.replace("[-30, 0]", "[-100, 60]")
+    expect(page.locator("#text .cm-content")).to_contain_text("[-100, 60]")
+    page.mouse.move(*place(page, 320, 220))
+    page.mouse.up()
+    becomes(page, nudged.replace("at = [300, 200]", "at = [320, 220]"))
 
 
 def test_what_was_typed_is_not_lost(page):

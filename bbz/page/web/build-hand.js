@@ -59,9 +59,8 @@ export class BuildHand {
         }
         const handle = builder.chosen && builder.values ? handleAt(this.view, this.handles(event.shiftKey), at) : null;
         const thing = handle ? builder.chosen : thingAt(this.view, at);
-        if (thing !== builder.chosen) {
-            builder.choose(thing);
-        }
+        // Keys that wait for a change were pressed for the thing that was chosen then.
+        builder.act(() => thing !== builder.chosen && builder.choose(thing));
         this.drag = thing && { start: at, handle, thing, hasMoved: false };
         return thing !== null;
     }
